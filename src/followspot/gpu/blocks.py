@@ -1,0 +1,35 @@
+"""Uniform blocks as NumPy records in std140's layout, the same names as in GLSL.
+
+std140 puts every vec3 and vec4 on 16 bytes, so the fields here are all vec4 or mat4; what
+sits in a fourth component is said beside it. ``shaders/common/frame.glsl`` is the other half.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.spaces import Mat4
+
+MAX_LIGHTS = 8
+"""Lights in one frame; the block has room for so many."""
+
+MAX_SHADOWS = 4
+"""Lights with a shadow map in one frame, each with its own varying."""
+
+FRAME = np.dtype(
+    [
+        ("clip_from_world", "<f4", (4, 4)),
+        ("direction_from_clip", "<f4", (4, 4)),  # far-plane clip position to world direction
+        ("shadow_from_world", "<f4", (MAX_SHADOWS, 4, 4)),
+        ("light_position", "<f4", (MAX_LIGHTS, 4)),  # world units
+        ("light_direction", "<f4", (MAX_LIGHTS, 4)),  # unit axis; w: cosine of the rim
+        ("light_intensity", "<f4", (MAX_LIGHTS, 4)),  # W/sr per m^2 in a unit^2; w: cos_full
+        ("environment", "<f4", (6, 4)),  # radiance from +X -X +Y -Y +Z -Z
+        ("tint", "<f4", (4,)),  # rgb: constant albedo; w: radiance of self-lit texels
+        ("sky_scale", "<f4", (4,)),  # x: radiance of a sky texel of value 1
+    ]
+)
+
+
+def columns(matrix: Mat4) -> NDArray[np.float32]:
+    """A (4, 4) matrix in the column-major order in which GL reads it: the one transposition."""
+    return np.ascontiguousarray(matrix.T, np.float32)

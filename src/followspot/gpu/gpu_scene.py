@@ -1,0 +1,87 @@
+"""A scene's geometry, textures and sky in GPU memory."""
+
+from types import TracebackType
+from typing import Self
+
+import moderngl
+import numpy as np
+
+from followspot.assets.image import Image, decode_all
+from followspot.errors import AssetError
+from followspot.gpu.blocks import FRAME
+from followspot.scene.scene import Scene
+from followspot.scene.sky import CubeMap
+
+_SRGB8_ALPHA8 = 0x8C43
+_TEXTURE_CUBE_MAP_SEAMLESS = 0x884F
+
+
+class GpuScene:
+    """Everything that stays the same from frame to frame, uploaded once.
+
+    Attributes:
+        scene: What was uploaded.
+        vertices: The mesh's vertices, one buffer.
+        frame_block: Uniform buffer for one `blocks.FRAME`.
+        base_images: One texture per material (shared where materials share an image).
+        sky: The sky's cube map with all MIP levels.
+        problems: Images that are there but cannot be decoded; white stands in for them.
+    """
+
+    def __init__(self, context: moderngl.Context, scene: Scene, anisotropy: float = 1.0) -> None:
+        self.context = context
+        self.scene = scene
+        self.problems: list[AssetError] = []
+        context.enable_direct(_TEXTURE_CUBE_MAP_SEAMLESS)
+        self.vertices = context.buffer(scene.mesh.vertices.tobytes() or bytes(32))
+        self.frame_block = context.buffer(reserve=FRAME.itemsize)
+        self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8), anisotropy)
+        self._images: list[moderngl.Texture] = []
+        for _, image in decode_all(scene.archive, scene.images):
+            if isinstance(image, Image):
+                self._images.append(_upload(context, image.pixels, anisotropy))
+            else:
+                self.problems.append(image)
+                self._images.append(self._white)
+        self.base_images = [
+            self._white if m.image is None else self._images[scene.images.index(m.image)]
+            for m in scene.materials
+        ]
+        for texture, material in zip(self.base_images, scene.materials, strict=True):
+            if material.clamps:
+                texture.repeat_x = texture.repeat_y = False
+        self.sky = _upload_cube(context, scene.sky)
+
+    def release(self) -> None:
+        """Give the GL objects back."""
+        for texture in {id(t): t for t in (*self._images, self._white)}.values():
+            texture.release()
+        for thing in (self.vertices, self.frame_block, self.sky):
+            thing.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
+    ) -> None:
+        self.release()
+
+
+def _upload(context: moderngl.Context, pixels: np.ndarray, anisotropy: float) -> moderngl.Texture:
+    """(h, w, 4) uint8 sRGB as a repeating, trilinear texture; row 0 is t = 0, as in Quake."""
+    height, width = pixels.shape[:2]
+    texture = context.texture((width, height), 4, pixels, internal_format=_SRGB8_ALPHA8)
+    texture.build_mipmaps()  # GL averages sRGB textures in linear light
+    texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+    texture.anisotropy = anisotropy
+    return texture
+
+
+def _upload_cube(context: moderngl.Context, sky: CubeMap) -> moderngl.TextureCube:
+    """The sky's faces, already in GL's order and orientation."""
+    size = sky.faces.shape[1]
+    cube = context.texture_cube((size, size), 4, sky.faces, internal_format=_SRGB8_ALPHA8)
+    cube.build_mipmaps()
+    cube.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+    return cube

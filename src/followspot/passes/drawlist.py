@@ -1,0 +1,105 @@
+"""Which faces to draw, in which order: culling and sorting, pure NumPy.
+
+Faces are kept sorted by material, and materials by GL state (`Material.group`), so that what
+is left after culling is drawn as one run of indices a material, with few changes of state.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.scene.mesh import Mesh, gather_runs
+from followspot.spaces import Mat4, Vec3
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """One draw call: `count` indices from `first` on, all of one material."""
+
+    material: int
+    first: int
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class DrawList:
+    """Indices of everything to draw and the draws that they are cut into, in order."""
+
+    indices: NDArray[np.uint32]
+    batches: tuple[Batch, ...]
+
+    @property
+    def triangle_count(self) -> int:
+        """Number of triangles."""
+        return len(self.indices) // 3
+
+
+NOTHING = DrawList(np.empty(0, np.uint32), ())
+
+
+def frustum_planes(clip_from_world: Mat4) -> NDArray[np.float64]:
+    """(6, 4) planes whose ``normal . p + d >= 0`` is the inside, in world space.
+
+    Gribb and Hartmann, Fast Extraction of Viewing Frustum Planes (2001).
+    """
+    w = clip_from_world[3]
+    return np.concatenate([w + clip_from_world[:3], w - clip_from_world[:3]])
+
+
+def boxes_in_frustum(
+    planes: NDArray[np.float64], mins: NDArray[np.float32], maxs: NDArray[np.float32]
+) -> Mask:
+    """(n,) whether a box is not wholly outside one of the planes: keeps all that is visible.
+
+    Args:
+        planes: (p, 4) as from `frustum_planes`.
+        mins: (n, 3) in the planes' space.
+        maxs: (n, 3) in the planes' space.
+    """
+    normals = planes[:, :3].astype(np.float32)
+    # The farthest corner along each normal, for all boxes and planes in two products.
+    reach = maxs @ np.maximum(normals, 0).T + mins @ np.minimum(normals, 0).T
+    inside = reach + planes[:, 3].astype(np.float32) >= -1e-3 * np.abs(planes[:, 3])
+    return np.asarray(inside.all(axis=1))
+
+
+def in_material_order(
+    mesh: Mesh, chosen: Mask, key: NDArray[np.int32] | None = None
+) -> DrawList:
+    """The chosen faces in the mesh's order, cut into one batch a material.
+
+    Args:
+        mesh: Faces sorted by material.
+        chosen: (faces,) which to draw.
+        key: (materials,) ascending material to draw each material as, where neighbours need not
+            be told apart (solid shadow casters); none tells all apart.
+    """
+    faces = mesh.faces[chosen]
+    material = faces["material"] if key is None else key[faces["material"]]
+    return _cut(mesh, faces, material)
+
+
+def back_to_front(mesh: Mesh, chosen: Mask, eye: Vec3) -> DrawList:
+    """The chosen faces sorted by the distance of their boxes' centres from the eye, far first."""
+    faces = mesh.faces[chosen]
+    centres = (faces["mins"].astype(np.float64) + faces["maxs"]) / 2
+    faces = faces[np.argsort(-np.linalg.norm(centres - eye, axis=1), kind="stable")]
+    return _cut(mesh, faces, faces["material"])
+
+
+def _cut(mesh: Mesh, faces: NDArray[np.void], material: NDArray[np.int32]) -> DrawList:
+    """Neighbouring faces of one material become one batch."""
+    if not len(faces):
+        return NOTHING
+    count = faces["index_count"]
+    indices = gather_runs(mesh.indices, faces["first_index"], count)
+    starts = np.flatnonzero(np.diff(material, prepend=-1))
+    first = (np.cumsum(count) - count)[starts]
+    length = np.diff(first, append=len(indices))
+    return DrawList(
+        indices,
+        tuple(map(Batch, material[starts].tolist(), first.tolist(), length.tolist())),
+    )

@@ -1,0 +1,178 @@
+"""The whole frame, in order."""
+
+import time
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.gpu import blocks
+from followspot.gpu.gpu_scene import GpuScene
+from followspot.gpu.targets import Targets
+from followspot.passes import drawlist, lighting
+from followspot.passes.drawlist import NOTHING, DrawList
+from followspot.passes.fullscreen import SkyPass, TonemapPass
+from followspot.passes.shadow import ShadowPass
+from followspot.passes.surfaces import SHADOW_ATLAS, SurfacePass
+from followspot.passes.view import View
+from followspot.scene.camera import Camera
+from followspot.scene.light import Light, SpotLight
+from followspot.scene.settings import Settings
+from followspot.spaces import Mat4
+
+
+@dataclass(frozen=True, eq=False)
+class FrameInput:
+    """All that a frame depends on beside the scene in GPU memory.
+
+    Attributes:
+        camera: Where the picture is taken from.
+        lights: Any number up to `blocks.MAX_LIGHTS`; spot lights with shadows come first.
+        settings: The switches.
+        exposure: Display value per radiance.
+        view: The stage to draw.
+    """
+
+    camera: Camera
+    lights: tuple[Light, ...]
+    settings: Settings
+    exposure: float
+    view: View = View.FINAL
+
+    @property
+    def shadowed(self) -> tuple[SpotLight, ...]:
+        """The lights that have a shadow map in this frame."""
+        return lighting.shadowed(self.lights, self.settings)
+
+
+@dataclass(frozen=True)
+class FrameReport:
+    """What a frame did and what it cost the CPU."""
+
+    submit_ms: float
+    draws: int
+    triangles: int
+    triangles_in_scene: int
+    shadow_redrawn: bool
+    shadow_draws: int
+    shadow_triangles: int
+
+
+class FramePipeline:
+    """The passes of one scene; `draw` is the frame."""
+
+    def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
+        self._context = context
+        self._gpu_scene = gpu_scene
+        self._scene = gpu_scene.scene
+        context.front_face = "cw"  # as in Quake's files
+        self.shadow = ShadowPass(context, gpu_scene)
+        self._surfaces = SurfacePass(context, gpu_scene)
+        self._sky = SkyPass(context, gpu_scene)
+        self._tonemap = TonemapPass(context)
+        self._is_blended = np.array([m.blend is not None for m in self._scene.materials], bool)
+        self._opaque, self._blended = NOTHING, NOTHING
+        self._listed: object = None
+        self._visible: NDArray[np.bool_] | None = None
+
+    def prepare(self, frame: FrameInput) -> None:
+        """Compile and allocate what frames like this one need; `draw` then creates nothing."""
+        shadows = len(frame.shadowed)
+        self.shadow.reserve(shadows, frame.settings.shadow_map_size)
+        albedo = frame.settings.albedo is not None
+        self._surfaces.prepare(frame.view, len(frame.lights), shadows, constant_albedo=albedo)
+
+    def draw(self, frame: FrameInput, targets: Targets) -> FrameReport:
+        """Draw one frame into `targets`. `prepare` has been called for frames like it."""
+        start = time.perf_counter()
+        aspect = targets.size[0] / targets.size[1]
+        far = frame.camera.far_for(*self._scene.mesh.bounds)
+        clip_from_view = frame.camera.clip_from_view(aspect, far)
+        clip_from_world = clip_from_view @ frame.camera.view_from_world
+
+        self._update_draw_lists(frame, clip_from_world)
+        shadow_from_world = self.shadow.draw(frame.shadowed, frame.settings)
+        self._write_block(frame, clip_from_world, clip_from_view, shadow_from_world)
+
+        targets.linear.depth_mask = True
+        targets.linear.use()
+        background = np.inf if frame.view is View.DEPTH else 0.0
+        targets.linear.clear(background, background, background, 0.0)
+        assert self.shadow.atlas is not None
+        self.shadow.atlas.use(SHADOW_ATLAS)
+        self._surfaces.draw_opaque(self._opaque)
+        targets.linear.depth_mask = False
+        if frame.view is View.FINAL:
+            self._sky.draw()
+        self._surfaces.draw_blended(self._blended, self._opaque)
+        self._tonemap.draw(targets, frame.view, self._display_scale(frame, far))
+
+        return FrameReport(
+            submit_ms=(time.perf_counter() - start) * 1e3,
+            draws=len(self._opaque.batches) + len(self._blended.batches) + 2,
+            triangles=self._opaque.triangle_count + self._blended.triangle_count,
+            triangles_in_scene=self._scene.mesh.triangle_count,
+            shadow_redrawn=self.shadow.redrawn,
+            shadow_draws=self.shadow.draw_count if self.shadow.redrawn else 0,
+            shadow_triangles=self.shadow.triangle_count if self.shadow.redrawn else 0,
+        )
+
+    def _update_draw_lists(self, frame: FrameInput, clip_from_world: Mat4) -> None:
+        """Cull and sort anew, but only when something that matters has changed."""
+        blended_too = frame.view.has_blended and frame.settings.albedo is None
+        wanted = (clip_from_world.tobytes(), frame.settings.culling, blended_too)
+        if wanted == self._listed:
+            return
+        self._listed = wanted
+        visible = self._visible_faces(frame, clip_from_world)
+        is_blended = self._is_blended[self._scene.mesh.faces["material"]]
+        opaque, blended = visible & ~is_blended, visible & is_blended & blended_too
+        if self._visible is None or not np.array_equal(opaque, self._visible):
+            self._visible = opaque
+            self._opaque = drawlist.in_material_order(self._scene.mesh, opaque)
+        elif not blended.any() and not self._blended.batches:
+            return
+        eye = frame.camera.position
+        self._blended = drawlist.back_to_front(self._scene.mesh, blended, eye)
+        self._surfaces.upload(self._opaque, self._blended)
+
+    def _visible_faces(self, frame: FrameInput, clip_from_world: Mat4) -> NDArray[np.bool_]:
+        faces = self._scene.mesh.faces
+        if not frame.settings.culling:
+            return np.ones(len(faces), bool)
+        planes = drawlist.frustum_planes(clip_from_world)
+        inside = drawlist.boxes_in_frustum(planes, faces["mins"], faces["maxs"])
+        if self._scene.visibility is not None:
+            inside &= self._scene.visibility.faces_from(frame.camera.position)
+        return inside
+
+    def _write_block(
+        self,
+        frame: FrameInput,
+        clip_from_world: Mat4,
+        clip_from_view: Mat4,
+        shadow_from_world: NDArray[np.float32],
+    ) -> None:
+        """One upload of everything that a whole frame shares."""
+        block = np.zeros((), blocks.FRAME)
+        block["clip_from_world"] = blocks.columns(clip_from_world)
+        block["direction_from_clip"] = blocks.columns(
+            lighting.direction_from_clip(clip_from_view, frame.camera.view_from_world)
+        )
+        block["shadow_from_world"][: len(shadow_from_world)] = shadow_from_world
+        lighting.write_lights(block, frame.lights, self._scene.metres_per_unit)
+        lighting.write_environment(block, self._scene, frame.settings)
+        self._gpu_scene.frame_block.write(block.tobytes())
+        self._gpu_scene.frame_block.bind_to_uniform_block(0)
+
+    def _display_scale(self, frame: FrameInput, far: float) -> float:
+        """What the tonemap multiplies by: exposure for light, the far plane's 1 for depth."""
+        if frame.view.is_light:
+            return frame.exposure
+        return 1 / far if frame.view is View.DEPTH else 1.0
+
+    def release(self) -> None:
+        """Give the GL objects back."""
+        for each in (self.shadow, self._surfaces, self._sky, self._tonemap):
+            each.release()

@@ -1,0 +1,74 @@
+"""How a material is told to GL: the shader variant that draws it and the state it needs."""
+
+from typing import NamedTuple
+
+import moderngl
+
+from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
+from followspot.scene.material import Material, Shade
+
+
+class Variant(NamedTuple):
+    """What of a material is compiled into its program, apart from the view."""
+
+    cut_out: bool
+    two_sided: bool
+    blended: bool
+    shade: Shade
+
+    @property
+    def defines(self) -> dict[str, int | str]:
+        """Macros of surface.frag."""
+        macros: dict[str, int | str] = {}
+        if self.cut_out:
+            macros["ALPHA_TEST"] = 1
+        if self.two_sided:
+            macros["SIDES_BOTH"] = 1
+        if self.blended:
+            macros["BLENDED"] = 1
+        if self.shade is not Shade.LIT:
+            macros[self.shade.name] = 1
+        return macros
+
+
+def variant_of(material: Material) -> Variant:
+    """The shader variant that draws a material."""
+    return Variant(
+        material.alpha_test is not None,
+        material.sides is not Sides.FRONT,
+        material.blend is not None,
+        material.shade,
+    )
+
+
+def alpha_test_vector(material: Material) -> tuple[float, float, float]:
+    """surface.frag's ``alpha_test``: texels with ``a * x + y > 0`` are kept."""
+    half = 128 / 255  # the game compares bytes with 128
+    return {
+        AlphaTest.GT0: (1.0, 0.0, 0.0),
+        AlphaTest.LT128: (-1.0, half - 1e-4, 0.0),
+        AlphaTest.GE128: (1.0, 1e-4 - half, 0.0),
+        None: (0.0, 1.0, 0.0),
+    }[material.alpha_test]
+
+
+_FACTORS = {
+    BlendFactor.ZERO: moderngl.ZERO,
+    BlendFactor.ONE: moderngl.ONE,
+    BlendFactor.SRC_COLOR: moderngl.SRC_COLOR,
+    BlendFactor.ONE_MINUS_SRC_COLOR: moderngl.ONE_MINUS_SRC_COLOR,
+    BlendFactor.DST_COLOR: moderngl.DST_COLOR,
+    BlendFactor.ONE_MINUS_DST_COLOR: moderngl.ONE_MINUS_DST_COLOR,
+    BlendFactor.SRC_ALPHA: moderngl.SRC_ALPHA,
+    BlendFactor.ONE_MINUS_SRC_ALPHA: moderngl.ONE_MINUS_SRC_ALPHA,
+    BlendFactor.DST_ALPHA: moderngl.DST_ALPHA,
+    BlendFactor.ONE_MINUS_DST_ALPHA: moderngl.ONE_MINUS_DST_ALPHA,
+    BlendFactor.SRC_ALPHA_SATURATE: 0x0308,
+}
+
+
+def blend_factors(material: Material) -> tuple[int, int]:
+    """GL's source and destination factors of a blended material."""
+    assert material.blend is not None, material
+    source, destination = material.blend
+    return _FACTORS[source], _FACTORS[destination]

@@ -1,0 +1,224 @@
+"""The shadow pass: depth from every shadow-casting light into its tile of one atlas.
+
+The map of a light is kept until the light, what it can hit, or a setting changes; a camera
+that moves changes nothing here.
+"""
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot import spaces
+from followspot.gpu import blocks, program
+from followspot.gpu.gpu_scene import GpuScene
+from followspot.passes import drawlist
+from followspot.passes.drawlist import DrawList
+from followspot.passes.materials import alpha_test_vector
+from followspot.scene.light import SpotLight
+from followspot.scene.mesh import Mesh
+from followspot.scene.settings import CullFace, Settings
+from followspot.spaces import Mat4, Vec3
+
+_NEAREST_SHARE = 1 / 1000
+"""Smallest near plane as a share of the far one: 24 bits resolve 1/16000 of a distance there."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShadowFrustum:
+    """The pyramid that one light's map covers.
+
+    Attributes:
+        view_from_world: World to the light's view space, which looks down -Z.
+        clip_from_world: World to the light's clip space.
+        near: Distance of the near plane along the axis, in units.
+        far: Distance of the far plane along the axis, in units.
+    """
+
+    view_from_world: Mat4
+    clip_from_world: Mat4
+    near: float
+    far: float
+
+    @classmethod
+    def fit(cls, light: SpotLight, mins: Vec3, maxs: Vec3, size: int) -> "ShadowFrustum":
+        """The cone's pyramid, its planes fitted to a box of world units.
+
+        Args:
+            light: Its half-angle is widened by one texel of `size`, for the filter at the rim.
+            mins: (3,) of everything that may cast or receive.
+            maxs: (3,) likewise.
+            size: Texels along an edge of the map.
+        """
+        yaw, pitch = spaces.angles_from_forward(light.direction)
+        view = spaces.view_from_world(light.position, yaw, pitch)
+        along = (spaces.box_corners(mins, maxs) - light.position) @ light.direction
+        far = max(float(along.max()), 1.0) * 1.001
+        near = max(float(along.min()) * 0.999, far * _NEAREST_SHARE)
+        half = np.arctan(np.tan(light.half_angle) * (1 + 4 / size))
+        angle = float(np.degrees(2 * half))
+        return cls(view, spaces.clip_from_view(angle, angle, near, far) @ view, near, far)
+
+
+class ShadowPass:
+    """The atlas, the two programs that fill it, and what is in it now.
+
+    Attributes:
+        atlas: Depth texture, one square tile a light, side by side; compared by the fetch.
+        tiles: The frusta in it, in the lights' order.
+        redrawn: Whether the last call drew anything.
+        triangle_count: Casters' triangles in the atlas.
+        draw_count: Draw calls that it took.
+    """
+
+    def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
+        self._context = context
+        self._gpu_scene = gpu_scene
+        self._solid = program.build(context, "shadow")
+        self._cut_out = program.build(context, "shadow", {"ALPHA_TEST": 1})
+        for each in (self._solid, self._cut_out):
+            each["world_from_object"].write(blocks.columns(np.eye(4)))
+        self._indices = context.buffer(reserve=max(gpu_scene.scene.mesh.indices.nbytes, 4))
+        self._solid_vao = context.vertex_array(
+            self._solid, [(gpu_scene.vertices, "3f 20x", "in_position")], self._indices
+        )
+        self._cut_out_vao = context.vertex_array(
+            self._cut_out,
+            [(gpu_scene.vertices, "3f 12x 2f", "in_position", "in_texcoord")],
+            self._indices,
+        )
+        materials = gpu_scene.scene.materials
+        self._casts = np.array([m.blend is None for m in materials], bool)
+        # Solid casters of one state need not be told apart: each draws as the first of its state.
+        first: dict[object, int] = {}
+        self._key = np.array(
+            [
+                number if m.alpha_test else first.setdefault(m.sides, number)
+                for number, m in enumerate(materials)
+            ],
+            np.int32,
+        )
+        self._drawn: object = None
+        self.atlas: moderngl.Texture | None = None
+        self.tiles: tuple[ShadowFrustum, ...] = ()
+        self.redrawn = False
+        self.triangle_count = self.draw_count = 0
+
+    def reserve(self, light_count: int, size: int) -> None:
+        """Make room for so many tiles of so many texels. Not to be called inside a frame."""
+        wanted = (size * max(light_count, 1), size)
+        if self.atlas is not None and self.atlas.size == wanted:
+            return
+        if self.atlas is not None:
+            self._target.release()
+            self.atlas.release()
+        limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
+        if wanted[0] > limit:
+            raise ValueError(f"{light_count} maps of {size} texels exceed the GL's {limit}")
+        self.atlas = self._context.depth_texture(wanted)
+        self.atlas.compare_func = "<="
+        self.atlas.filter = moderngl.LINEAR, moderngl.LINEAR
+        self.atlas.repeat_x = self.atlas.repeat_y = False
+        self._target = self._context.framebuffer(depth_attachment=self.atlas)
+        self._drawn = None
+
+    def draw(self, lights: tuple[SpotLight, ...], settings: Settings) -> NDArray[np.float32]:
+        """Bring the atlas up to date.
+
+        Args:
+            lights: Those with a shadow map, at most as many as reserved.
+            settings: Of them the shadow settings are read.
+
+        Returns:
+            (lights, 4, 4) ``shadow_from_world`` into the atlas, column-major.
+        """
+        wanted = (lights, settings.shadow_map_size, settings.shadow_cull, settings.shadow_slope_bias)
+        self.redrawn = bool(lights) and (settings.redraw_shadows or wanted != self._drawn)
+        if self.redrawn:
+            self._redraw(lights, settings)
+            self._drawn = wanted
+        return np.array(
+            [
+                blocks.columns(self._shadow_from_world(k, tile, light, settings.shadow_bias))
+                for k, (tile, light) in enumerate(zip(self.tiles, lights, strict=True))
+            ],
+            np.float32,
+        ).reshape(-1, 4, 4)
+
+    def _shadow_from_world(
+        self, number: int, tile: ShadowFrustum, light: SpotLight, bias: float
+    ) -> Mat4:
+        """World to tile `number`; receivers move `bias` units towards the light on the way.
+
+        As a translation along the light's axis the bias stays linear, so the whole product can
+        be applied before interpolation and costs nothing per pixel.
+        """
+        towards_light = np.eye(4)
+        towards_light[:3, 3] = -light.direction * bias
+        place = np.eye(4)
+        place[0, 0], place[0, 3] = 1 / len(self.tiles), number / len(self.tiles)
+        return place @ spaces.SHADOW_FROM_CLIP @ tile.clip_from_world @ towards_light
+
+    def _redraw(self, lights: tuple[SpotLight, ...], settings: Settings) -> None:
+        context, scene, size = self._context, self._gpu_scene.scene, settings.shadow_map_size
+        mins, maxs = (np.asarray(b, np.float64) for b in scene.mesh.bounds)
+        self.tiles = tuple(ShadowFrustum.fit(light, mins, maxs, size) for light in lights)
+        self.triangle_count = self.draw_count = 0
+        self._target.use()
+        self._target.clear()
+        context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = "<"
+        context.polygon_offset = settings.shadow_slope_bias, 0.0
+        for number, tile in enumerate(self.tiles):
+            self._target.viewport = (number * size, 0, size, size)
+            matrix = blocks.columns(tile.clip_from_world)
+            self._solid["clip_from_world"].write(matrix)
+            self._cut_out["clip_from_world"].write(matrix)
+            self._draw_casters(self._casters(scene.mesh, tile), settings.shadow_cull)
+        context.polygon_offset = 0.0, 0.0
+
+    def _casters(self, mesh: Mesh, tile: ShadowFrustum) -> DrawList:
+        """All that the light can see, wherever the camera is."""
+        planes = drawlist.frustum_planes(tile.clip_from_world)
+        inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
+        casts = self._casts[mesh.faces["material"]]
+        return drawlist.in_material_order(mesh, inside & casts, self._key)
+
+    def _draw_casters(self, casters: DrawList, cull: CullFace) -> None:
+        self._indices.write(casters.indices)
+        for batch in casters.batches:
+            material = self._gpu_scene.scene.materials[batch.material]
+            if cull is CullFace.NONE or material.is_two_sided:
+                self._context.disable(moderngl.CULL_FACE)
+            else:
+                self._context.enable(moderngl.CULL_FACE)
+                self._context.cull_face = cull.value
+            if material.alpha_test is None:
+                vao = self._solid_vao
+            else:
+                vao = self._cut_out_vao
+                self._cut_out["alpha_test"].value = alpha_test_vector(material)
+                self._gpu_scene.base_images[batch.material].use(0)
+            vao.render(vertices=batch.count, first=batch.first)
+        self.triangle_count += casters.triangle_count
+        self.draw_count += len(casters.batches)
+
+    def read_distance(self, number: int, size: int) -> NDArray[np.float32]:
+        """(size, size) distances along light `number`'s axis in units, top row first."""
+        assert self.atlas is not None, "nothing has been drawn yet"
+        tile = self.tiles[number]
+        raw = np.frombuffer(self.atlas.read(alignment=1), "<f4").reshape(size, -1)
+        ndc = raw[::-1, number * size : (number + 1) * size].astype(np.float64) * 2 - 1
+        near, far = tile.near, tile.far
+        return (2 * near * far / (far + near - ndc * (far - near))).astype(np.float32)
+
+    def release(self) -> None:
+        """Give the GL objects back."""
+        if self.atlas is not None:
+            self._target.release()
+            self.atlas.release()
+        for thing in (
+            self._solid_vao, self._cut_out_vao, self._indices, self._solid, self._cut_out
+        ):  # fmt: skip
+            thing.release()

@@ -1,0 +1,88 @@
+"""Pictures into files: whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from followspot.errors import UsageError
+
+DISPLAY_ENDINGS = (".png", ".jpg", ".jpeg")
+LINEAR_ENDINGS = (".exr", ".npy")
+
+
+def is_linear(path: Path) -> bool:
+    """Whether a file of this ending holds numbers as they are, not a displayed picture.
+
+    Raises:
+        UsageError: the ending is none that can be written.
+    """
+    ending = path.suffix.lower()
+    if ending not in DISPLAY_ENDINGS + LINEAR_ENDINGS:
+        known = ", ".join(DISPLAY_ENDINGS + LINEAR_ENDINGS)
+        raise UsageError(f"{path}: expected a file name that ends in {known}")
+    return ending in LINEAR_ENDINGS
+
+
+def save(path: Path, picture: NDArray[Any], channel: str = "Y") -> None:
+    """Write a picture under its final name only when all of it is there.
+
+    Args:
+        path: Its ending chooses the format; missing folders above it are made.
+        picture: (h, w, 3) uint8 for png and jpg; float32, (h, w) or (h, w, 3), for exr and npy.
+        channel: Name of the only channel of a (h, w) exr.
+
+    Raises:
+        UsageError: the file cannot be written there.
+    """
+    ending = path.suffix.lower()
+    if ending == ".npy":
+        write_whole(path, lambda to: np.save(to, picture))
+    elif ending == ".exr":
+        write_whole(path, lambda to: _save_exr(to, picture, channel))
+    else:
+        options = {"quality": 95, "subsampling": 0} if ending != ".png" else {}
+        write_whole(path, lambda to: Image.fromarray(picture).save(to, **options))
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` fill a file beside `path`, then give it that name.
+
+    Raises:
+        UsageError: the folder or file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written: {error.strerror}") from None
+    os.close(handle)
+    part = Path(name)
+    try:
+        write(part)
+        part.chmod(0o666 & ~_umask())
+        part.replace(path)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _save_exr(path: Path, picture: NDArray[Any], channel: str) -> None:
+    import OpenEXR  # heavy, and only wanted here
+
+    pixels = np.ascontiguousarray(picture, np.float32)
+    channels = {"RGB" if pixels.ndim == 3 else channel: pixels}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, channels).write(str(path))

@@ -1,0 +1,205 @@
+"""Pictures of a scene as NumPy arrays: the Python API, and what every command draws with."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from types import TracebackType
+from typing import Any, Self
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.errors import UsageError
+from followspot.gpu.context import create_context
+from followspot.gpu.gpu_scene import GpuScene
+from followspot.gpu.targets import Targets
+from followspot.passes import lighting
+from followspot.passes.frame import FrameInput, FramePipeline, FrameReport
+from followspot.passes.view import View
+from followspot.scene.camera import Camera
+from followspot.scene.scene import Scene
+from followspot.scene.settings import Settings
+
+Pictures = dict[View, NDArray[Any]]
+
+_MIDDLE_GREY = 0.5
+_HIGHLIGHT = 0.97
+"""Display values (linear) that automatic exposure aims at: for the mean and for the brightest."""
+
+
+class Renderer:
+    """Draws one scene at a time without a window.
+
+    Use it as a context manager, or call `close`. It belongs to the thread that made it.
+
+    Args:
+        size: (width, height) of pictures in pixels.
+
+    Raises:
+        ContextError: no OpenGL context can be had.
+        UsageError: the size is not one that can be drawn.
+    """
+
+    def __init__(self, size: tuple[int, int] = (640, 480)) -> None:
+        self._context = create_context()
+        limit = min(self._context.info["GL_MAX_RENDERBUFFER_SIZE"], 16384)
+        if not all(1 <= edge <= limit for edge in size):
+            self._context.release()
+            raise UsageError(f"a size of {size[0]}x{size[1]} cannot be drawn; edges are 1 to {limit}")
+        self.size = size
+        self._targets: dict[bool, Targets] = {}
+        self._gpu_scene: GpuScene | None = None
+        self._pipeline: FramePipeline | None = None
+
+    @property
+    def gl_renderer(self) -> str:
+        """What draws, as GL tells it."""
+        return str(self._context.info["GL_RENDERER"])
+
+    def open(self, scene: Scene) -> GpuScene:
+        """Upload a scene, in place of the one before. `render` does so by itself."""
+        if self._gpu_scene is not None and self._gpu_scene.scene.level is scene.level:
+            if self._gpu_scene.scene.sky is scene.sky:
+                return self._gpu_scene
+        self._drop_scene()
+        self._gpu_scene = GpuScene(self._context, scene, scene.settings.anisotropy)
+        self._pipeline = FramePipeline(self._context, self._gpu_scene)
+        return self._gpu_scene
+
+    def render(
+        self,
+        scene: Scene,
+        camera: Camera | str | None = None,
+        views: Iterable[View | str] = (View.FINAL,),
+        *,
+        settings: Settings | None = None,
+        time: float = 0.0,
+        linear: bool = False,
+    ) -> Pictures:
+        """Take pictures of several stages from one place.
+
+        Args:
+            scene: What to draw; opened if it is not the one drawn last.
+            camera: A camera, the name of one of the scene's, or none for where the scene starts.
+            views: Stages, as `View` or by its value: ``"normals"``.
+            settings: In place of the scene's own.
+            time: Seconds since the start; nothing moves yet.
+            linear: Whether values come as they are instead of as displayed.
+
+        Returns:
+            For each view an array with the top row first. Displayed: (h, w, 3) uint8. Linear:
+            float32, (h, w, 3) radiance in W/(m^2 sr), or the stage's own values; ``shadow``,
+            ``depth`` and ``shadow-map`` are (h, w). The shadow map has its own size.
+
+        Raises:
+            UsageError: no such camera or view, or too many lights.
+        """
+        camera = scene.camera(camera) if not isinstance(camera, Camera) else camera
+        settings = scene.settings if settings is None else settings
+        wanted = [view_named(view) for view in views]
+        lights = lighting.in_order(scene.lights)
+        self.open(scene)
+        assert self._pipeline is not None
+        exposure = self.exposure(scene, camera, settings)
+        frame = FrameInput(camera, lights, settings, exposure)
+        pictures: Pictures = {}
+        for view in wanted:
+            pictures[view] = self._picture(replace(frame, view=view), linear)
+        return pictures
+
+    def _picture(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
+        assert self._pipeline is not None
+        if frame.view is View.SHADOW_MAP:
+            return self._shadow_map(replace(frame, view=View.SHADOW), linear)
+        self.draw(frame, linear)
+        targets = self._targets[linear]
+        if not linear:
+            return targets.read_display()
+        values = targets.read_linear()
+        return values[..., 0] if frame.view in (View.SHADOW, View.DEPTH) else values
+
+    def draw(self, frame: FrameInput, linear: bool = False) -> FrameReport:
+        """Draw one frame of the open scene without reading it back."""
+        assert self._pipeline is not None, "open a scene first"
+        if linear not in self._targets:
+            self._targets[linear] = Targets(self._context, self.size, full=linear)
+        self._pipeline.prepare(frame)
+        return self._pipeline.draw(frame, self._targets[linear])
+
+    def finish(self) -> None:
+        """Wait until the GPU has done everything."""
+        self._context.finish()
+
+    def _shadow_map(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
+        if not frame.shadowed:
+            raise UsageError("there is no shadow map: no spot light casts shadows here")
+        self.draw(frame)
+        assert self._pipeline is not None
+        shadow = self._pipeline.shadow
+        distance = shadow.read_distance(0, frame.settings.shadow_map_size)
+        if linear:
+            return distance
+        tile = shadow.tiles[0]
+        hit = distance < tile.far * 0.9999
+        nearest, farthest = (
+            (float(distance[hit].min()), float(distance[hit].max())) if hit.any() else (0.0, 1.0)
+        )
+        grey = np.clip((distance - nearest) / max(farthest - nearest, 1e-6), 0, 1) * 0.85 + 0.05
+        return np.repeat((np.where(hit, grey, 1.0) * 255).astype(np.uint8)[..., None], 3, axis=2)
+
+    def exposure(self, scene: Scene, camera: Camera, settings: Settings | None = None) -> float:
+        """The display value per radiance: the settings' own, or one that suits the view.
+
+        The automatic one makes the mean of the picture's luminances (each no more than white)
+        a middle tone, but lets no more than a few percent of it burn out.
+        """
+        settings = scene.settings if settings is None else settings
+        if settings.exposure is not None:
+            return settings.exposure
+        self.open(scene)
+        frame = FrameInput(camera, lighting.in_order(scene.lights), settings, 1.0)
+        self.draw(frame, linear=True)
+        values = self._targets[True].read_linear()
+        luminance = (values @ np.array([0.2126, 0.7152, 0.0722], np.float32)).ravel()
+        luminance = luminance[np.isfinite(luminance) & (luminance > 0)]
+        if not len(luminance):
+            return 1.0
+        bright = float(np.percentile(luminance, 95))
+        typical = float(np.exp(np.log(luminance + 1e-4).mean()))
+        return min(_HIGHLIGHT / max(bright, 1e-6), 0.18 * 2 / max(typical, 1e-6))
+
+    def close(self) -> None:
+        """Give back everything on the GPU."""
+        self._drop_scene()
+        for targets in self._targets.values():
+            targets.release()
+        self._targets.clear()
+        self._context.release()
+
+    def _drop_scene(self) -> None:
+        if self._pipeline is not None:
+            self._pipeline.release()
+        if self._gpu_scene is not None:
+            self._gpu_scene.release()
+        self._pipeline = self._gpu_scene = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def view_named(view: View | str) -> View:
+    """A view by its value.
+
+    Raises:
+        UsageError: there is none; lists those that exist.
+    """
+    try:
+        return View(view)
+    except ValueError:
+        names = ", ".join(v.value for v in View)
+        raise UsageError(f"no view is named {view!r}; there are {names}") from None

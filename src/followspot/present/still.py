@@ -1,0 +1,71 @@
+"""One picture, from what was typed to the file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from followspot.passes.view import View
+from followspot.present import arguments, pictures
+from followspot.present.renderer import Renderer, view_named
+from followspot.scene.camera import Camera
+from followspot.scene.load import Step, load, with_chosen_light
+from followspot.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How a scene is to be drawn, as typed; what is not given comes from the scene."""
+
+    view: str = "final"
+    camera: str | None = None
+    fov: float | None = None
+    size: str = "640x480"
+    lights: Sequence[str] = ()
+    albedo: float | None = None
+    assets: Sequence[Path] = ()
+    settings: Sequence[str] = ()
+    shadows: bool = True
+    sky_light: bool = True
+
+
+def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Scene, Camera]:
+    """The scene that a wish describes and the camera that looks at it.
+
+    Raises:
+        AssetError: the scene cannot be opened.
+        UsageError: something in the wish makes no sense for it.
+    """
+    lights = [arguments.parse_light(text) for text in wish.lights]
+    scene = load(name, wish.assets, on_step=on_step)
+    camera = arguments.parse_camera(wish.camera, wish.fov, scene)
+    settings = arguments.parse_settings(
+        scene,
+        wish.settings,
+        albedo=wish.albedo,
+        shadows=wish.shadows,
+        sky_light=wish.sky_light,
+    )
+    scene = replace(scene, settings=settings)
+    if lights:
+        scene = scene.with_lights(*lights)
+    elif scene.lights_chosen:
+        scene = with_chosen_light(scene, camera)
+    return scene, camera
+
+
+def render(name: str, output: Path, wish: Wish) -> None:
+    """Draw the picture and write it.
+
+    Raises:
+        AssetError: the scene cannot be opened.
+        ContextError: there is no OpenGL.
+        UsageError: something in the wish makes no sense, or the file cannot be written.
+    """
+    linear = pictures.is_linear(output)
+    view = view_named(wish.view)
+    size = arguments.parse_size(wish.size)
+    scene, camera = open_scene(name, wish)
+    with Renderer(size) as renderer:
+        picture = renderer.render(scene, camera, [view], linear=linear)[view]
+    depth = view in (View.DEPTH, View.SHADOW_MAP)
+    pictures.save(output, picture, channel="Z" if depth else "Y")

@@ -1,0 +1,50 @@
+"""The camera: where it stands, where it looks, how wide."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot import spaces
+from followspot.spaces import Mat4, Vec3
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A pinhole camera in the game's own terms.
+
+    Attributes:
+        position: (3,) eye in world space, Quake units.
+        yaw: Degrees, counter-clockwise from +X, as the game's ``viewpos`` prints it.
+        pitch: Degrees, positive looks down.
+        fov: Horizontal angle of view in degrees.
+        near: Distance of the near plane in units (the game's 4 clips no wall at arm's length).
+    """
+
+    position: Vec3
+    yaw: float = 0.0
+    pitch: float = 0.0
+    fov: float = 90.0
+    near: float = 4.0
+    name: str = field(default="", compare=False)
+
+    @property
+    def forward(self) -> Vec3:
+        """(3,) unit world direction that the camera looks along."""
+        return spaces.forward_from_angles(self.yaw, self.pitch)
+
+    @property
+    def view_from_world(self) -> Mat4:
+        """World space to OpenGL's view space."""
+        return spaces.view_from_world(self.position, self.yaw, self.pitch)
+
+    def clip_from_view(self, aspect: float, far: float) -> Mat4:
+        """Perspective for a picture of width/height `aspect` and a far plane in units."""
+        fov_y = spaces.vertical_fov(self.fov, aspect)
+        return spaces.clip_from_view(self.fov, fov_y, self.near, far)
+
+    def far_for(self, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> float:
+        """Distance that holds the whole box (world units) whichever way the camera turns."""
+        corners = spaces.box_corners(mins.astype(np.float64), maxs.astype(np.float64))
+        reach = float(np.linalg.norm(corners - self.position, axis=1).max())
+        return max(reach, self.near * 2) * 1.01

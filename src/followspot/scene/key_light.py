@@ -1,0 +1,157 @@
+"""A light for a level that nobody lit: its own sun, or a spot light in the open.
+
+Levels come with light baked into lightmaps, and what baked it is gone but for traces. The sun
+stays in the sky's shader script (``q3map_sun``); where it can reach the ground, it is used.
+Elsewhere a spot light goes under the ceiling where most of what the camera sees is in reach.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot import spaces
+from followspot.assets.bsp import BspFile
+from followspot.assets.shader_values import Sun
+from followspot.scene import bsp_tree
+from followspot.scene.camera import Camera
+from followspot.scene.level import Level, entity_vector
+from followspot.scene.light import SpotLight
+from followspot.scene.material import SURFACE_SKY
+from followspot.spaces import Vec3
+
+SUN_IRRADIANCE = 6.0
+"""W/m^2 of a chosen light where it shines squarely: some times that of a sky of radiance 0.5."""
+
+SUN_DISTANCE = 8.0
+"""How far away the sun's spot light stands, in radii of the level: nearly parallel light."""
+
+SUN_SHARE = 0.15
+"""Share of a level's places from which the sun must be seen, for it to be the key light."""
+
+SPOT_HALF_ANGLE = math.radians(55)
+REACH = 4096.0
+"""Units that a look around goes at most."""
+
+
+def choose(level: Level, sun: Sun | None, camera: Camera, metres_per_unit: float) -> SpotLight:
+    """The light of a level that came without any.
+
+    Args:
+        level: Its tree of planes tells what is open.
+        sun: Of the level's sky, if it has one.
+        camera: What the spot light is chosen for, where there is no sun.
+        metres_per_unit: Length of a unit.
+    """
+    if sun is not None and _sun_share(level.bsp, sun.direction_to_sun) >= SUN_SHARE:
+        return _sun_light(level, sun, metres_per_unit)
+    return _spot_light(level, camera, metres_per_unit)
+
+
+def _sun_light(level: Level, sun: Sun, metres_per_unit: float) -> SpotLight:
+    """A far spot light whose cone holds the level's bounding sphere."""
+    mins, maxs = (np.asarray(b, np.float64) for b in level.mesh.bounds)
+    centre, radius = (mins + maxs) / 2, float(np.linalg.norm(maxs - mins)) / 2
+    distance = SUN_DISTANCE * radius
+    half_angle = math.asin(1 / SUN_DISTANCE)
+    color = sun.color / sun.color.max() if sun.color.max() > 0 else np.ones(3)
+    position = spaces.vec3(centre + sun.direction_to_sun * distance)
+    direction = spaces.vec3(-sun.direction_to_sun)
+    return _with_irradiance(
+        SpotLight(position, direction, half_angle, spaces.vec3(color), name="sun"),
+        distance * metres_per_unit,
+    )
+
+
+def _with_irradiance(light: SpotLight, metres: float) -> SpotLight:
+    """The light scaled so that it gives SUN_IRRADIANCE at a distance on its axis."""
+    wanted = SUN_IRRADIANCE * metres**2
+    power = spaces.vec3(light.power * (wanted / light.intensity.max()))
+    return SpotLight(
+        light.position, light.direction, light.half_angle, power, light.softness, name=light.name
+    )
+
+
+def _sun_share(bsp: BspFile, to_sun: Vec3) -> float:
+    """Share of the places in a level (its entities' origins) that see the sun through the sky."""
+    origins = [entity_vector(entity, "origin") for entity in bsp.entities]
+    places = np.array([o for o in origins if o is not None]).reshape(-1, 3)
+    is_sky = (bsp.shaders["surface_flags"][bsp.faces["shader"]] & SURFACE_SKY) != 0
+    sky = np.flatnonzero(is_sky & (bsp.faces["vertex_count"] > 0))
+    if not (len(places) and len(sky)):
+        return 0.0
+    reach = float(np.linalg.norm(bsp.models["maxs"][0] - bsp.models["mins"][0])) + 1
+    ends = places + to_sun * reach
+    fractions = bsp_tree.trace(bsp, places, ends)
+    hits = places + (ends - places) * fractions[:, np.newaxis]
+    first, count = bsp.faces["first_vertex"][sky], bsp.faces["vertex_count"][sky]
+    runs = np.stack([first, first + count], axis=1)
+    boxes = _run_boxes(bsp.vertices["position"], runs)
+    margin = 8.0  # the tree may stop a line a little before the sky's face
+    near = (hits[:, np.newaxis] >= boxes[0] - margin) & (hits[:, np.newaxis] <= boxes[1] + margin)
+    return float(near.all(axis=2).any(axis=1).mean())
+
+
+def _run_boxes(
+    positions: NDArray[np.float32], runs: NDArray[np.int32]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Boxes of the runs [start, end) of positions, which may overlap or leave gaps."""
+    last = len(positions)
+    padded = np.concatenate([positions, positions[-1:]])
+    edges = np.minimum(runs, last).ravel()
+    mins = np.minimum.reduceat(padded, edges, axis=0)[::2]
+    maxs = np.maximum.reduceat(padded, edges, axis=0)[::2]
+    return mins, maxs
+
+
+def _spot_light(level: Level, camera: Camera, metres_per_unit: float) -> SpotLight:
+    """A spot light under the ceiling, ahead of the camera, aimed at what the camera sees."""
+    bsp, eye = level.bsp, camera.position
+    ahead = _directions(1024)
+    ahead = ahead[ahead @ camera.forward > math.cos(math.radians(50))]
+    seen = _look(bsp, eye, ahead)
+    # Candidates: part of the way along each line of sight, lifted most of the way to the ceiling.
+    shares = np.repeat([0.2, 0.4, 0.6], len(ahead))[:, np.newaxis]
+    places = eye + (np.tile(seen, (3, 1)) - eye) * shares
+    up = np.array([0.0, 0.0, 512.0])
+    places = places + up * (bsp_tree.trace(bsp, places, places + up) * 0.8)[:, np.newaxis]
+    # The best one sees the most of what the camera sees, from not too near.
+    sample = seen[:: max(1, len(seen) // 48)]
+    start = np.repeat(places, len(sample), axis=0)
+    end = np.tile(sample, (len(places), 1))
+    clear = bsp_tree.trace(bsp, start, start + (end - start) * 0.98) >= 1.0
+    distance = np.linalg.norm(end - start, axis=1)
+    score = (clear * np.minimum(distance, 400.0)).reshape(len(places), -1).mean(axis=1)
+    best = int(score.argmax())
+    position = places[best]
+    lit = sample[clear.reshape(len(places), -1)[best]]
+    target = lit.mean(axis=0) if len(lit) else eye + camera.forward * 100
+    away = target - position
+    if np.linalg.norm(away) < 1e-3:
+        away = np.array([0.0, 0.0, -1.0])
+    metres = max(float(np.median(np.linalg.norm(sample - position, axis=1))), 64.0) * metres_per_unit
+    light = SpotLight(
+        spaces.vec3(position),
+        spaces.normalised(away),
+        SPOT_HALF_ANGLE,
+        spaces.vec3([1.0, 0.95, 0.85]),
+        softness=0.3,
+        name="spot",
+    )
+    return _with_irradiance(light, metres)
+
+
+def _directions(count: int) -> NDArray[np.float64]:
+    """(count, 3) unit vectors spread evenly over the sphere (a Fibonacci lattice)."""
+    k = np.arange(count) + 0.5
+    z = 1 - 2 * k / count
+    angle = math.pi * (1 + math.sqrt(5)) * k
+    radius = np.sqrt(1 - z * z)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
+
+
+def _look(bsp: BspFile, eye: Vec3, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3) where lines of sight from an eye end."""
+    start = np.broadcast_to(eye, directions.shape)
+    end = start + directions * REACH
+    return start + (end - start) * bsp_tree.trace(bsp, start, end)[:, np.newaxis]

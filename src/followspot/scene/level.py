@@ -1,0 +1,222 @@
+"""From the records of a BSP file to one mesh, its materials and what can see what."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.shader_script import ShaderScript
+from followspot.scene import bsp_tree, material, patch
+from followspot.scene.material import FindImage, Material
+from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, gather_runs
+
+PATCH_TOLERANCE = 1.0
+"""Units by which a patch's triangles may miss the curved surface: 3 cm."""
+
+FindScript = Callable[[str], ShaderScript | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Visibility:
+    """Which faces can be seen from where, by the level's precomputed visibility.
+
+    Attributes:
+        bsp: The level.
+        level_face: (faces,) the mesh's faces as numbers of the level's faces.
+        everywhere: (level's faces,) those of doors and the like, which lie in no leaf.
+    """
+
+    bsp: BspFile
+    level_face: NDArray[np.int64]
+    everywhere: NDArray[np.bool_]
+    _seen: dict[int, NDArray[np.bool_]] = field(default_factory=dict)
+
+    def faces_from(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(faces,) of the mesh that may be visible from a world position in units.
+
+        All are where the position is in a wall or outside of the level.
+        """
+        leaf = bsp_tree.point_leafs(self.bsp, position[np.newaxis])[0]
+        cluster = int(self.bsp.leafs["cluster"][leaf])
+        if cluster not in self._seen:
+            self._seen[cluster] = self._faces_from_cluster(cluster)
+        return self._seen[cluster]
+
+    def _faces_from_cluster(self, cluster: int) -> NDArray[np.bool_]:
+        if cluster < 0:
+            return np.ones(len(self.level_face), bool)
+        clusters = self.bsp.leafs["cluster"]
+        leafs = self.bsp.leafs[(clusters >= 0) & self.bsp.visible_clusters(cluster)[clusters]]
+        first, count = leafs["first_leaf_face"], leafs["leaf_face_count"]
+        seen = self.everywhere.copy()
+        seen[gather_runs(self.bsp.leaf_faces, first, count)] = True
+        return np.asarray(seen[self.level_face])
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """A level's geometry, ready to be lit.
+
+    Attributes:
+        bsp: The file's records.
+        mesh: Everything that is drawn, brush models at their entities' origins.
+        materials: The mesh's faces name them by number.
+        visibility: What can be seen from where.
+    """
+
+    bsp: BspFile
+    mesh: Mesh
+    materials: tuple[Material, ...]
+    visibility: Visibility
+
+
+def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, tolerance: float) -> Level:
+    """Assemble a level.
+
+    Args:
+        bsp: Its records.
+        find_script: A shader's name to its script, if it has one.
+        find_image: A shader's or stage's image name to its path, if there is one.
+        tolerance: Units by which the triangles of a patch may miss the curve.
+    """
+    scripts = [find_script(name) for name in bsp.shader_names]
+    drawn = np.array(
+        [material.is_drawn(bsp, number, script) for number, script in enumerate(scripts)], bool
+    )
+    used = np.zeros(len(scripts), bool)
+    used[bsp.faces["shader"]] = True
+    found = {
+        int(number): material.from_script(bsp.shader_names[number], scripts[number], find_image)
+        for number in np.flatnonzero(drawn & used)
+    }
+    order = sorted(found, key=lambda number: (found[number].order, number))
+    material_of_shader = np.full(len(scripts), -1, np.int32)
+    material_of_shader[order] = np.arange(len(order))
+
+    has_triangles = (bsp.faces["index_count"] > 0) | (bsp.faces["type"] == FaceType.PATCH)
+    wanted = material_of_shader[bsp.faces["shader"]] >= 0
+    wanted &= has_triangles & (bsp.faces["type"] != FaceType.FLARE)
+    offsets = _model_offsets(bsp)
+    parts = [_polygons(bsp, wanted, offsets), _patches(bsp, wanted, offsets, tolerance)]
+    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]])
+
+    in_leafs = np.zeros(len(bsp.faces), bool)
+    in_leafs[bsp.leaf_faces] = True
+    visibility = Visibility(bsp, level_face, ~in_leafs)
+    return Level(bsp, mesh, tuple(found[number] for number in order), visibility)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Triangles of some of the level's faces: vertices, indices, and each face's run of them."""
+
+    vertices: NDArray[np.void]
+    indices: NDArray[np.uint32]
+    level_face: NDArray[np.int64]
+    first_index: NDArray[np.int64]
+    index_count: NDArray[np.int64]
+
+
+def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
+    """(faces, 3) units by which a face moves: the origin of the entity that places its model."""
+    origins = np.zeros((len(bsp.models), 3), np.float32)
+    for entity in bsp.entities:
+        name = entity.get("model", "")
+        if name.startswith("*") and name[1:].isdigit() and int(name[1:]) < len(origins):
+            origin = entity_vector(entity, "origin")
+            if origin is not None:
+                origins[int(name[1:])] = origin
+    offsets = np.zeros((len(bsp.faces), 3), np.float32)
+    for model, origin in zip(bsp.models, origins, strict=True):
+        first = model["first_face"]
+        offsets[first : first + model["face_count"]] = origin
+    return offsets
+
+
+def entity_vector(entity: dict[str, str], key: str) -> NDArray[np.float64] | None:
+    """Three finite numbers of an entity's key, or none where they are missing or malformed."""
+    try:
+        vector = np.array([float(word) for word in entity[key].split()], np.float64)
+    except (KeyError, ValueError):
+        return None
+    return vector if vector.shape == (3,) and np.isfinite(vector).all() else None
+
+
+def _moved_vertices(
+    bsp: BspFile, faces: NDArray[np.int64], offsets: NDArray[np.float32]
+) -> tuple[NDArray[np.void], NDArray[np.int64]]:
+    """The vertices of some faces at their places, and where each face's begin among them."""
+    count = bsp.faces["vertex_count"][faces].astype(np.int64)
+    source = gather_runs(
+        np.arange(len(bsp.vertices)), bsp.faces["first_vertex"][faces].astype(np.int64), count
+    )
+    vertices = np.empty(len(source), VERTEX)
+    for name in ("position", "normal", "texcoord"):
+        vertices[name] = bsp.vertices[name][source]
+    vertices["position"] += np.repeat(offsets[faces], count, axis=0)
+    return vertices, np.cumsum(count) - count
+
+
+def _polygons(bsp: BspFile, wanted: NDArray[np.bool_], offsets: NDArray[np.float32]) -> _Part:
+    """Polygons and triangle soups, whose triangles are in the file."""
+    faces = np.flatnonzero(wanted & (bsp.faces["type"] != FaceType.PATCH))
+    vertices, starts = _moved_vertices(bsp, faces, offsets)
+    count = bsp.faces["index_count"][faces].astype(np.int64)
+    indices = gather_runs(bsp.indices, bsp.faces["first_index"][faces].astype(np.int64), count)
+    indices = (indices + np.repeat(starts, count)).astype(np.uint32)
+    _renormalise(vertices, indices)
+    return _Part(vertices, indices, faces, np.cumsum(count) - count, count)
+
+
+def _renormalise(vertices: NDArray[np.void], indices: NDArray[np.uint32]) -> None:
+    """Unit normals in place; where a file has none, that of a triangle at the vertex."""
+    length = np.linalg.norm(vertices["normal"], axis=1, keepdims=True)
+    vertices["normal"] /= np.where(length > 1e-6, length, 1)
+    lacks = length[:, 0] <= 1e-6
+    if lacks.any():
+        triangles = indices.reshape(-1, 3)
+        a, b, c = (vertices["position"][triangles[:, k]].astype(np.float64) for k in range(3))
+        normal = np.cross(c - a, b - a)  # clockwise front
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        given = np.tile([0.0, 0.0, 1.0], (len(vertices), 1))
+        given[triangles.ravel()] = np.repeat(normal, 3, axis=0)
+        vertices["normal"][lacks] = given[lacks]
+
+
+def _patches(
+    bsp: BspFile, wanted: NDArray[np.bool_], offsets: NDArray[np.float32], tolerance: float
+) -> _Part:
+    """Bezier patches, cut into triangles."""
+    faces = np.flatnonzero(wanted & (bsp.faces["type"] == FaceType.PATCH))
+    control, starts = _moved_vertices(bsp, faces, offsets)
+    made = patch.tessellate(control, starts, bsp.faces["patch_size"][faces], tolerance)
+    return _Part(made.vertices, made.indices, faces, made.first_index, made.index_count)
+
+
+def _join(
+    parts: list[_Part], material_of_face: NDArray[np.int32]
+) -> tuple[Mesh, NDArray[np.int64]]:
+    """One mesh with its faces sorted by material, and the level's number of each of them."""
+    vertices = np.concatenate([part.vertices for part in parts])
+    shift = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    indices = np.concatenate(
+        [part.indices + np.uint32(s) for part, s in zip(parts, shift, strict=False)]
+    )
+    shift = np.cumsum([0, *(len(part.indices) for part in parts)])
+    first = np.concatenate([p.first_index + s for p, s in zip(parts, shift, strict=False)])
+    count = np.concatenate([part.index_count for part in parts])
+    level_face = np.concatenate([part.level_face for part in parts])
+
+    keep = np.flatnonzero(count > 0)
+    order = keep[np.lexsort((level_face[keep], material_of_face[level_face[keep]]))]
+    count, level_face = count[order], level_face[order]
+    indices = gather_runs(indices, first[order], count)
+    faces = np.zeros(len(order), FACE)
+    faces["index_count"] = count
+    faces["first_index"] = np.cumsum(count) - count
+    faces["material"] = material_of_face[level_face]
+    if len(faces):
+        faces["mins"], faces["maxs"] = face_boxes(vertices["position"], indices, faces["first_index"])
+    return Mesh(vertices, indices, faces), level_face

@@ -1,0 +1,76 @@
+"""Lights as physics has them: power in watts, intensity in watts per steradian.
+
+A light of radiant intensity I (W/sr) gives a surface at r metres under the angle theta
+the irradiance E = I cos(theta) / r^2 (W/m^2); a Lambertian surface of reflectance rho
+then shows the radiance L = rho E / pi. See Pharr, Jakob, Humphreys, Physically Based
+Rendering, 4th ed., 4.1 (radiometry) and 12.1-12.2 (point and spot lights).
+"""
+
+import math
+from dataclasses import dataclass
+
+from followspot.spaces import Vec3
+
+
+@dataclass(frozen=True, eq=False)
+class PointLight:
+    """Shines alike in all directions.
+
+    Attributes:
+        position: (3,) world space, Quake units.
+        power: (3,) radiant power per RGB channel in W, over the whole sphere.
+    """
+
+    position: Vec3
+    power: Vec3
+    name: str = ""
+
+    @property
+    def intensity(self) -> Vec3:
+        """(3,) W/sr: power over the sphere's 4 pi steradians."""
+        return self.power / (4 * math.pi)
+
+
+@dataclass(frozen=True, eq=False)
+class SpotLight:
+    """Shines into a cone, evenly but for a soft rim.
+
+    Attributes:
+        position: (3,) apex in world space, Quake units.
+        direction: (3,) unit axis in world space, pointing away from the light.
+        half_angle: Radians between axis and rim, in (0, pi/2).
+        power: (3,) radiant power per RGB channel in W, all of it inside the cone.
+        softness: Share in [0, 1] of the half-angle over which the rim fades to nothing; 0 is
+            a hard rim.
+        casts_shadow: Whether the light has a shadow map.
+    """
+
+    position: Vec3
+    direction: Vec3
+    half_angle: float
+    power: Vec3
+    softness: float = 0.0
+    casts_shadow: bool = True
+    name: str = ""
+
+    @property
+    def cos_rim(self) -> float:
+        """Cosine of the angle at which the light ends."""
+        return math.cos(self.half_angle)
+
+    @property
+    def cos_full(self) -> float:
+        """Cosine of the angle up to which the light has its full intensity."""
+        return math.cos(self.half_angle * (1 - self.softness))
+
+    @property
+    def intensity(self) -> Vec3:
+        """(3,) W/sr inside the full part, so that the cone holds exactly `power`.
+
+        The rim is smoothstep over the cosine, whose mean is 1/2, so the cone's effective solid
+        angle is 2 pi (1 - (cos_full + cos_rim) / 2).
+        """
+        return self.power / (2 * math.pi * (1 - (self.cos_full + self.cos_rim) / 2))
+
+
+Light = PointLight | SpotLight

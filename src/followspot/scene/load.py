@@ -1,0 +1,165 @@
+"""From a name to a `Scene`: scene file, level, scripts, images' places, sky, lights."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from followspot.assets import image
+from followspot.assets.archive import Archive, locate_level, search_path
+from followspot.assets.bsp import BspFile, read_bsp
+from followspot.assets.image import Image
+from followspot.assets.shader_parser import load_scripts
+from followspot.assets.shader_script import ShaderScript, lookup_name
+from followspot.assets.shader_values import Sun
+from followspot.errors import AssetError
+from followspot.scene import key_light, level, scene_file, sky
+from followspot.scene.camera import Camera
+from followspot.scene.material import SURFACE_SKY
+from followspot.scene.scene import MissingImage, Scene, spawn_cameras
+from followspot.scene.scene_file import SceneFile
+from followspot.scene.sky import CubeMap
+
+BUILTIN = Path(__file__).parent.parent / "builtin"
+"""Folder of the scenes and the pak that come with the package."""
+
+BUILTIN_SKY = "env/courtyard"
+
+Step = Callable[[str], None]
+
+
+def load(
+    name: str,
+    assets: Sequence[str | Path] = (),
+    *,
+    patch_tolerance: float = level.PATCH_TOLERANCE,
+    on_step: Step = lambda _: None,
+) -> Scene:
+    """Open a scene or a level.
+
+    Args:
+        name: A scene that comes with the package (``courtyard``), a scene file (``x.toml``), a
+            level's file (``maps/x.bsp``, ``x.pk3``), or a level's name in the search path.
+        assets: Game folders and pk3 files to look in first; then come FOLLOWSPOT_ASSETS and the
+            usual installs of OpenArena and Quake 3.
+        patch_tolerance: Units by which triangles may miss a curved patch.
+        on_step: Called with the name of each step of loading when it is done.
+
+    Raises:
+        AssetError: something is missing or unusable.
+    """
+    extra = [Path(folder) for folder in assets]
+    path = _scene_path(name)
+    if path is not None:
+        file = scene_file.read(path)
+        beside = path.parent / file.level
+        wanted = str(beside) if beside.is_file() else file.level
+    else:
+        file, wanted = SceneFile(level=name), name
+    builtin = [BUILTIN / "courtyard.pk3"]
+    archive, entry = locate_level(wanted, [*search_path(extra), *builtin])
+    try:
+        on_step("search")
+        return _assemble(name, file, archive, entry, patch_tolerance, on_step)
+    except BaseException:
+        archive.close()
+        raise
+
+
+def builtin_scenes() -> list[str]:
+    """Names of the scenes that come with the package."""
+    return sorted(path.stem for path in BUILTIN.glob("*.toml"))
+
+
+def _scene_path(name: str) -> Path | None:
+    if name.lower().endswith(".toml"):
+        return Path(name)
+    return BUILTIN / f"{name}.toml" if name in builtin_scenes() else None
+
+
+def _assemble(
+    name: str, file: SceneFile, archive: Archive, entry: str, tolerance: float, on_step: Step
+) -> Scene:
+    bsp = read_bsp(archive.read(entry), archive.source(entry))
+    on_step("read level")
+    scripts, problems = load_scripts(archive)
+    on_step("parse scripts")
+
+    def find_script(shader: str) -> ShaderScript | None:
+        return scripts.get(lookup_name(shader))
+
+    missing: dict[str, MissingImage] = {}
+
+    def find_image(wanted: str) -> str | None:
+        found, tried = image.find_image(archive, wanted)
+        if found is None:
+            missing[wanted] = MissingImage(wanted, tuple(tried))
+        return found
+
+    built = level.build(bsp, find_script, find_image, tolerance)
+    on_step("build geometry")
+    skies = [s for n in _sky_shaders(bsp) if (s := find_script(n)) is not None]
+    far_boxes = [s.sky_box.far for s in skies if s.sky_box and s.sky_box.far]
+    cube, trouble = _find_sky(archive, [file.sky] if file.sky else far_boxes, file.sky is not None)
+    on_step("read sky")
+    scene = Scene(
+        name=name,
+        archive=archive,
+        level=built,
+        images=tuple(dict.fromkeys(m.image for m in built.materials if m.image)),
+        sky=cube,
+        sun=next((s.sun for s in skies if s.sun is not None), None),
+        lights=tuple(each.light() for each in file.lights),
+        cameras={n: c.camera(n) for n, c in file.cameras.items()} | spawn_cameras(bsp),
+        environment_constant=file.environment_constant,
+        metres_per_unit=file.metres_per_unit,
+        settings=file.settings,
+        missing=tuple(missing.values()),
+        problems=(*problems, *trouble),
+    )
+    if not scene.lights:
+        scene = with_chosen_light(scene, scene.camera())
+    on_step("choose light")
+    return scene
+
+
+def with_chosen_light(scene: Scene, camera: Camera) -> Scene:
+    """The scene under a light that suits its level and what a camera sees."""
+    light = key_light.choose(scene.level, scene.sun, camera, scene.metres_per_unit)
+    return replace(scene, lights=(light,), lights_chosen=True)
+
+
+def _sky_shaders(bsp: BspFile) -> list[str]:
+    """Names of the shaders of the level's sky faces, the most used first."""
+    flags = bsp.shaders["surface_flags"][bsp.faces["shader"]]
+    used = bsp.faces["shader"][(flags & SURFACE_SKY) != 0].tolist()
+    return [bsp.shader_names[n] for n in sorted(set(used), key=lambda n: (-used.count(n), n))]
+
+
+def _find_sky(
+    archive: Archive, bases: list[str], required: bool
+) -> tuple[CubeMap, list[AssetError]]:
+    """The first sky whose six images are all there; else the one that comes with the package.
+
+    Raises:
+        AssetError: it is `required` and not there.
+    """
+    problems = []
+    for base in bases:
+        try:
+            return _read_sky(archive, base), problems
+        except AssetError as error:
+            if required:
+                raise
+            problems.append(error)
+    with Archive.open([BUILTIN / "courtyard.pk3"]) as builtin:
+        return _read_sky(builtin, BUILTIN_SKY), problems
+
+
+def _read_sky(archive: Archive, base: str) -> CubeMap:
+    sides: list[Image] = []
+    for suffix in sky.SUFFIXES:
+        found, tried = image.find_image(archive, base + suffix)
+        if found is None:
+            raise AssetError(base + suffix, expected="a sky image", found=f"none of {tried}")
+        sides.append(image.decode(archive.read(found), archive.source(found)))
+    return sky.from_quake_images(base, sides)

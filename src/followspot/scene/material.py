@@ -1,0 +1,145 @@
+"""What a surface is made of, worked out from Quake's shader scripts.
+
+A script is a program of stages for the game's own renderer, which has lightmaps and vertex
+colours. Here light comes from lights, so of the stages one is chosen: the image that tells the
+surface's colour.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from followspot.assets.bsp import BspFile
+from followspot.assets.shader_script import ShaderScript, Stage
+from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
+
+SURFACE_SKY = 0x4
+SURFACE_NODRAW = 0x80
+SURFACE_HINT = 0x100
+SURFACE_SKIP = 0x200
+"""Flags in a level's table of shaders (``surfaceflags.h`` of the game's source)."""
+
+Blend = tuple[BlendFactor, BlendFactor]
+
+_OPAQUE = (BlendFactor.ONE, BlendFactor.ZERO)
+_MULTIPLIES = {
+    (BlendFactor.DST_COLOR, BlendFactor.ZERO),
+    (BlendFactor.ZERO, BlendFactor.SRC_COLOR),
+    (BlendFactor.DST_COLOR, BlendFactor.SRC_COLOR),
+    (BlendFactor.ZERO, BlendFactor.ONE_MINUS_SRC_COLOR),
+    (BlendFactor.DST_COLOR, BlendFactor.ONE_MINUS_DST_ALPHA),
+}
+
+
+class Shade(Enum):
+    """Where the light of a surface comes from."""
+
+    LIT = "lit"
+    """A Lambertian surface under the frame's lights."""
+    EMISSIVE = "emissive"
+    """It shines by itself: flames, beams, coronas."""
+    FILTER = "filter"
+    """It only colours what is behind it: stains, tinted glass."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """One way to draw faces.
+
+    Attributes:
+        name: The shader's name in the level.
+        image: Path of the base image in the archive; none is plain white.
+        sides: Which sides are drawn.
+        alpha_test: Which texels are kept, where the surface is cut out.
+        blend: Source and destination factors, where the surface is blended.
+        shade: Where its light comes from.
+        clamps: Whether the image ends at its border instead of repeating.
+        polygon_offset: Whether it is a decal that lies on another surface.
+    """
+
+    name: str
+    image: str | None = None
+    sides: Sides = Sides.FRONT
+    alpha_test: AlphaTest | None = None
+    blend: Blend | None = None
+    shade: Shade = Shade.LIT
+    clamps: bool = False
+    polygon_offset: bool = False
+
+    @property
+    def state(self) -> tuple[object, ...]:
+        """What GL is set to for it, beside its image; equal for materials drawn alike."""
+        return self.sides, self.alpha_test, self.blend, self.polygon_offset, self.shade
+
+    @property
+    def order(self) -> tuple[object, ...]:
+        """Sorting by this puts opaque first, then cut out, then blended, each by state."""
+        state = [str(part) for part in self.state]
+        return self.blend is not None, self.alpha_test is not None, *state, self.image or ""
+
+    @property
+    def is_two_sided(self) -> bool:
+        """Whether both sides are drawn."""
+        return self.sides is Sides.BOTH
+
+
+FindImage = Callable[[str], str | None]
+"""A name as scripts and levels write it to the path of the image, if there is one."""
+
+
+def is_drawn(bsp: BspFile, shader: int, script: ShaderScript | None) -> bool:
+    """Whether faces of a level's shader are geometry: not sky, not tool surfaces."""
+    hidden = SURFACE_SKY | SURFACE_NODRAW | SURFACE_HINT | SURFACE_SKIP
+    if int(bsp.shaders["surface_flags"][shader]) & hidden:
+        return False
+    if script is None:
+        return True
+    return bool(script.stages) and not script.surfaceparms & {"sky", "nodraw", "hint", "skip"}
+
+
+def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -> Material:
+    """The material that stands for a script, or for the plain image where there is none."""
+    if script is None:
+        return Material(name, find_image(name))
+    stage = _base_stage(script)
+    if stage is None:  # only lightmaps or plain white: the name may still be an image
+        return Material(name, find_image(name), sides=script.cull)
+    first = script.stages[0]
+    blend = None if first.blend in (None, _OPAQUE) else stage.blend or first.blend
+    alpha_test = first.alpha_test or stage.alpha_test
+    if alpha_test is not None or blend == _OPAQUE:
+        blend = None
+    assert stage.image is not None, script
+    return Material(
+        name,
+        find_image(stage.image),
+        sides=script.cull,
+        alpha_test=alpha_test if blend is None else None,
+        blend=blend,
+        shade=_shade(blend),
+        clamps=stage.clamps,
+        polygon_offset=script.is_polygonoffset,
+    )
+
+
+def _base_stage(script: ShaderScript) -> Stage | None:
+    """The stage whose image tells the surface's colour.
+
+    Stages with a reflection's coordinates or that only add a glow come last; among the others the
+    first one counts, which is the base in ``base, lightmap`` and in ``lightmap, base`` alike.
+    """
+    candidates = [s for s in script.stages if s.image and not s.image.startswith(("$", "*"))]
+
+    def rank(stage: Stage) -> tuple[bool, bool]:
+        glows = stage.blend is not None and stage.blend[1] is BlendFactor.ONE
+        return stage.tc_gen[0].startswith("env"), glows
+
+    return min(candidates, key=rank, default=None)
+
+
+def _shade(blend: Blend | None) -> Shade:
+    if blend in _MULTIPLIES:
+        return Shade.FILTER
+    if blend is not None and blend[1] in (BlendFactor.ONE, BlendFactor.ONE_MINUS_SRC_COLOR):
+        return Shade.EMISSIVE
+    return Shade.LIT

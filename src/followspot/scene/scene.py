@@ -1,0 +1,146 @@
+"""A whole scene: what is in it, what lights it, where it can be looked at from."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from followspot import spaces
+from followspot.assets.archive import Archive
+from followspot.assets.bsp import BspFile
+from followspot.assets.shader_values import Sun
+from followspot.errors import AssetError, UsageError
+from followspot.scene.camera import Camera
+from followspot.scene.level import Level, Visibility, entity_vector
+from followspot.scene.light import Light
+from followspot.scene.material import Material
+from followspot.scene.mesh import Mesh
+from followspot.scene.settings import Settings
+from followspot.scene.sky import CubeMap
+
+
+@dataclass(frozen=True)
+class MissingImage:
+    """A texture that is nowhere: white stands in for it."""
+
+    name: str
+    tried: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Frozen data in world space; nothing of it is in GPU memory.
+
+    Attributes:
+        name: What it was opened as.
+        archive: Where its images are read from when it is uploaded.
+        level: The level with its file's records, materials and visibility.
+        images: Paths of the base images in the archive, each once.
+        sky: The cube map behind everything, which also lights it.
+        sun: Of the level's sky script, where it has one.
+        lights: In the scene file's or command line's order.
+        lights_chosen: Whether the program chose the lights, since nobody gave any.
+        cameras: Views by name; the first one is where a picture starts.
+        environment_constant: Radiance in W/(m^2 sr) of a sky texel of value 1.
+        metres_per_unit: Length of a Quake unit.
+        settings: The scene's own choice of switches.
+        missing: Images that were not found.
+        problems: Other things that are wrong with the data and were passed over.
+    """
+
+    name: str
+    archive: Archive
+    level: Level
+    images: tuple[str, ...]
+    sky: CubeMap
+    sun: Sun | None = None
+    lights: tuple[Light, ...] = ()
+    lights_chosen: bool = False
+    cameras: Mapping[str, Camera] = field(default_factory=dict)
+    environment_constant: float = 1.0
+    metres_per_unit: float = spaces.METRES_PER_UNIT
+    settings: Settings = Settings()
+    missing: tuple[MissingImage, ...] = ()
+    problems: tuple[AssetError, ...] = ()
+
+    @property
+    def mesh(self) -> Mesh:
+        """Everything that is drawn."""
+        return self.level.mesh
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """The mesh's faces name them by number."""
+        return self.level.materials
+
+    @property
+    def visibility(self) -> Visibility:
+        """What can be seen from where."""
+        return self.level.visibility
+
+    def camera(self, name: str | None = None) -> Camera:
+        """A view by its name, or the one where a picture starts.
+
+        Raises:
+            UsageError: no view has that name; lists those that have one.
+        """
+        if name is None:
+            return next(iter(self.cameras.values()))
+        if name not in self.cameras:
+            raise UsageError(f"no camera is named {name!r}; there are {', '.join(self.cameras)}")
+        return self.cameras[name]
+
+    def with_lights(self, *lights: Light) -> "Scene":
+        """The same scene under other lights."""
+        return replace(self, lights=lights, lights_chosen=False)
+
+
+def spawn_cameras(bsp: BspFile) -> dict[str, Camera]:
+    """Views from a level's spawn points at eye height: spawn0, spawn1, ... and intermission.
+
+    A level without any gets one view from the middle of its box.
+    """
+    cameras = {}
+    for entity in bsp.entities:
+        kind = entity.get("classname", "").lower()
+        is_spawn = kind.startswith(("info_player", "team_ctf_redspawn", "team_ctf_bluespawn"))
+        is_spawn |= kind in ("team_ctf_redplayer", "team_ctf_blueplayer")
+        origin = entity_vector(entity, "origin")
+        if not is_spawn or origin is None or kind == "info_player_intermission":
+            continue
+        name = f"spawn{len(cameras)}"
+        eye = origin + (0, 0, spaces.EYE_HEIGHT)
+        cameras[name] = Camera(spaces.vec3(eye), *_entity_angles(entity), name=name)
+    cameras |= _intermission(bsp)
+    if not cameras:
+        middle = (bsp.models["mins"][0].astype(np.float64) + bsp.models["maxs"][0]) / 2
+        cameras["middle"] = Camera(spaces.vec3(middle), name="middle")
+    return cameras
+
+
+def _entity_angles(entity: dict[str, str]) -> tuple[float, float]:
+    """(yaw, pitch) in degrees of an entity's ``angles`` or ``angle``."""
+    angles = entity_vector(entity, "angles")
+    if angles is not None:
+        return float(angles[1]), float(angles[0])
+    try:
+        yaw = float(entity.get("angle", "0"))
+    except ValueError:
+        return 0.0, 0.0
+    return (yaw if math.isfinite(yaw) else 0.0), 0.0
+
+
+def _intermission(bsp: BspFile) -> dict[str, Camera]:
+    """The view that the game shows between matches, which levels choose with care."""
+    targets = {e["targetname"]: e for e in bsp.entities if "targetname" in e}
+    for entity in bsp.entities:
+        origin = entity_vector(entity, "origin")
+        if entity.get("classname", "").lower() != "info_player_intermission" or origin is None:
+            continue
+        yaw, pitch = _entity_angles(entity)
+        target = entity_vector(targets.get(entity.get("target", ""), {}), "origin")
+        if target is not None and not np.array_equal(target, origin):
+            yaw, pitch = spaces.angles_from_forward(spaces.vec3(target - origin))
+        return {"intermission": Camera(spaces.vec3(origin), yaw, pitch, name="intermission")}
+    return {}

@@ -1,0 +1,73 @@
+"""Everything about a picture that is a choice and not part of the scene."""
+
+import enum
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import Meta
+
+from followspot.errors import UsageError
+
+
+class CullFace(enum.Enum):
+    """Which faces the shadow pass leaves out."""
+
+    FRONT = "front"
+    BACK = "back"
+    NONE = "none"
+
+
+NonNegative = Annotated[float, Meta(ge=0)]
+
+
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Switches of a frame. Every field can be given by ``--set NAME=VALUE`` or a scene file.
+
+    Attributes:
+        shadows: Whether lights are tested against their shadow maps.
+        sky_light: Whether the environment lights surfaces.
+        albedo: A constant Lambertian coefficient for all opaque surfaces instead of textures.
+        exposure: Display value per radiance; none lets it be chosen to suit.
+        environment_mip: MIP level of the six-direction sum; none is the level of one texel.
+        emission: Radiance in W/(m^2 sr) of a self-lit texel of value 1 (flames, beams).
+        shadow_map_size: Texels along an edge of a light's shadow map.
+        shadow_cull: Faces left out of the shadow map.
+        shadow_bias: Units that a receiver is moved towards the light before the comparison.
+        shadow_slope_bias: Depth slopes per texel added to casters (glPolygonOffset's factor).
+        redraw_shadows: Draws every shadow map in every frame, to measure what that costs.
+        culling: Leaves out what the camera cannot see; off is for comparisons.
+        anisotropy: Texture samples along the steep direction; 1 is plain trilinear.
+    """
+
+    shadows: bool = True
+    sky_light: bool = True
+    albedo: Annotated[float, Meta(ge=0, le=1)] | None = None
+    exposure: Annotated[float, Meta(gt=0)] | None = None
+    environment_mip: NonNegative | None = None
+    emission: NonNegative = 1.0
+    shadow_map_size: Annotated[int, Meta(ge=16, le=8192)] = 1024
+    shadow_cull: CullFace = CullFace.FRONT
+    shadow_bias: float = 0.25
+    shadow_slope_bias: float = 0.0
+    redraw_shadows: bool = False
+    culling: bool = True
+    anisotropy: Annotated[float, Meta(ge=1, le=16)] = 1.0
+
+
+def with_changes(settings: Settings, changes: dict[str, str]) -> Settings:
+    """Settings with some fields set from text, as ``--set`` gives them.
+
+    Raises:
+        UsageError: no such setting, or a value that it cannot take.
+    """
+    fields: dict[str, Any] = {f.name: f.type for f in msgspec.structs.fields(Settings)}
+    values: dict[str, Any] = {}
+    for name, text in changes.items():
+        if name not in fields:
+            raise UsageError(f"no setting is named {name!r}; there are {', '.join(fields)}")
+        value = None if text.lower() in ("none", "auto") and "None" in str(fields[name]) else text
+        try:
+            values[name] = msgspec.convert(value, fields[name], strict=False)
+        except msgspec.ValidationError as error:
+            raise UsageError(f"setting {name}: {error}, found {text!r}") from None
+    return msgspec.structs.replace(settings, **values)
