@@ -25,7 +25,7 @@ class Visibility:
     Attributes:
         bsp: The level.
         level_face: (faces,) the mesh's faces as numbers of the level's faces.
-        everywhere: (level's faces,) those of doors and the like, which lie in no leaf.
+        everywhere: (level's faces,) those of doors and the like, of which it says nothing.
     """
 
     bsp: BspFile
@@ -41,17 +41,15 @@ class Visibility:
         leaf = bsp_tree.point_leafs(self.bsp, position[np.newaxis])[0]
         cluster = int(self.bsp.leafs["cluster"][leaf])
         if cluster not in self._seen:
-            self._seen[cluster] = self._faces_from_cluster(cluster)
+            self._seen[cluster] = self._look(position)
         return self._seen[cluster]
 
-    def _faces_from_cluster(self, cluster: int) -> NDArray[np.bool_]:
-        if cluster < 0:
-            return np.ones(len(self.level_face), bool)
-        clusters = self.bsp.leafs["cluster"]
-        leafs = self.bsp.leafs[(clusters >= 0) & self.bsp.visible_clusters(cluster)[clusters]]
-        first, count = leafs["first_leaf_face"], leafs["leaf_face_count"]
+    def _look(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
+        leafs = self.bsp.leafs[bsp_tree.visible_leafs(self.bsp, position)]
         seen = self.everywhere.copy()
-        seen[gather_runs(self.bsp.leaf_faces, first, count)] = True
+        seen[
+            gather_runs(self.bsp.leaf_faces, leafs["first_leaf_face"], leafs["leaf_face_count"])
+        ] = True
         return np.asarray(seen[self.level_face])
 
 
@@ -102,10 +100,22 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     parts = [_polygons(bsp, wanted, offsets), _patches(bsp, wanted, offsets, tolerance)]
     mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]])
 
-    in_leafs = np.zeros(len(bsp.faces), bool)
-    in_leafs[bsp.leaf_faces] = True
-    visibility = Visibility(bsp, level_face, ~in_leafs)
+    visibility = Visibility(bsp, level_face, _seen_from_everywhere(bsp))
     return Level(bsp, mesh, tuple(found[number] for number in order), visibility)
+
+
+def _seen_from_everywhere(bsp: BspFile) -> NDArray[np.bool_]:
+    """(faces,) those that precomputed visibility says nothing of.
+
+    The faces of brush models lie in leafs of their own, which hang on no node of the tree and
+    whose cluster number means nothing; a few faces of some levels lie in no leaf at all.
+    """
+    everywhere = np.ones(len(bsp.faces), bool)
+    everywhere[bsp.leaf_faces] = False
+    world = bsp.models[0]
+    everywhere[: world["first_face"]] = True
+    everywhere[world["first_face"] + world["face_count"] :] = True
+    return everywhere
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,130 @@
+"""Where a point of the level lies, what it may see, and how far a straight line gets.
+
+All three go down the level's binary tree of planes, for many points or lines at once: one pass
+of the loop takes every one of them a node further.
+
+The tree knows *structural* walls only. What the level's author marked as detail, curved patches
+and doors don't split it: lines pass through them here, as they do for the tool that computes
+visibility.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.assets.bsp import BspFile
+
+
+def leaf_is_solid(bsp: BspFile) -> NDArray[np.bool_]:
+    """Tell which leafs are solid or outside of the level: those in no cluster.
+
+    Returns:
+        (leafs,) bool.
+    """
+    return np.asarray(bsp.leafs["cluster"] < 0)
+
+
+def point_leafs(bsp: BspFile, points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+    """Find the leaf that each point lies in; a point on a plane counts as in front of it.
+
+    Args:
+        bsp: The level.
+        points: (n, 3) world space, Quake units.
+
+    Returns:
+        (n,) int64 leaf numbers.
+    """
+    node = np.zeros(len(points), dtype=np.int64)
+    walking = np.arange(len(points))
+    while walking.size:
+        at = bsp.nodes[node[walking]]
+        plane = bsp.planes[at["plane"]]
+        behind = _dot(plane["normal"], points[walking]) < plane["distance"]
+        node[walking] = _child(at, behind)
+        walking = walking[node[walking] >= 0]
+    return ~node
+
+
+def visible_leafs(bsp: BspFile, position: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
+    """Tell which leafs may be seen from a position, by the level's precomputed visibility.
+
+    It never hides what a straight line reaches, unless the level's author cut it off at a
+    distance (worldspawn's ``_farplanedist``). Leafs that hang on no node hold the faces of brush
+    models, which can be anywhere; their cluster, and so the answer for them, means nothing.
+
+    Args:
+        bsp: The level.
+        position: (3,) world space, Quake units.
+
+    Returns:
+        (leafs,) bool; all True for a position in a solid leaf, whence the level is looked at
+        from outside.
+    """
+    clusters = bsp.leafs["cluster"]
+    own = int(clusters[point_leafs(bsp, position[np.newaxis])[0]])
+    if own < 0:
+        return np.ones(len(clusters), dtype=np.bool_)
+    return np.asarray((clusters >= 0) & bsp.visible_clusters(own)[clusters])
+
+
+def trace(
+    bsp: BspFile, start: NDArray[np.floating[Any]], end: NDArray[np.floating[Any]]
+) -> NDArray[np.float64]:
+    """Find where straight lines first enter a solid leaf.
+
+    Each line is an interval of fractions, [0, 1], at the root. A node hands an interval to the
+    child it lies in, or cuts it in two at the plane; in a solid leaf an interval's near end is a
+    candidate for the answer. A line has at most one interval for each leaf, since leafs are
+    convex.
+
+    Args:
+        bsp: The level.
+        start: (n, 3) world space, Quake units.
+        end: (n, 3) world space, Quake units.
+
+    Returns:
+        (n,) float64: the line is free up to ``start + fraction * (end - start)``. 0 where it
+        starts in a solid leaf, 1 where it meets none.
+    """
+    start, way = np.asarray(start, dtype=np.float64), np.subtract(end, start, dtype=np.float64)
+    solid = leaf_is_solid(bsp)
+    fraction = np.ones(len(start))
+
+    line = np.arange(len(start))
+    node = np.zeros(len(start), dtype=np.int64)
+    near, far = np.zeros(len(start)), np.ones(len(start))
+    while line.size:
+        at = bsp.nodes[node]
+        plane = bsp.planes[at["plane"]]
+        height = _dot(plane["normal"], start[line]) - plane["distance"]
+        slope = _dot(plane["normal"], way[line])
+        near_behind, far_behind = height + near * slope < 0, height + far * slope < 0
+
+        cut = np.flatnonzero(near_behind != far_behind)
+        middle = far.copy()
+        middle[cut] = np.clip(-height[cut] / slope[cut], near[cut], far[cut])
+        line = np.concatenate([line, line[cut]])
+        node = np.concatenate([_child(at, near_behind), _child(at, far_behind)[cut]])
+        near, far = np.concatenate([near, middle[cut]]), np.concatenate([middle, far[cut]])
+
+        in_leaf = node < 0
+        hit = np.flatnonzero(in_leaf)
+        hit = hit[solid[~node[hit]]]
+        np.minimum.at(fraction, line[hit], near[hit])
+        # What begins behind a line's nearest hit cannot matter any more.
+        keep = ~in_leaf & (near < fraction[line])
+        line, node, near, far = line[keep], node[keep], near[keep], far[keep]
+    return fraction
+
+
+def _child(nodes: NDArray[np.void], behind: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Pick each node's child in front of its plane or behind; (n,) each."""
+    children: NDArray[np.int64] = nodes["children"].astype(np.int64)
+    return np.where(behind, children[:, 1], children[:, 0])
+
+
+def _dot(a: NDArray[np.floating[Any]], b: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
+    """(n, 3), (n, 3) -> (n,) in double precision."""
+    products: NDArray[np.float64] = np.einsum("ij,ij->i", a, b, dtype=np.float64)
+    return products

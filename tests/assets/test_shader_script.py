@@ -1,0 +1,339 @@
+"""Shader script records: what directives mean, and what stands in for wrong arguments."""
+
+import math
+
+import numpy as np
+import pytest
+
+from followspot.assets.shader_parser import parse
+from followspot.assets.shader_script import ShaderScript, Stage, lookup_name
+from followspot.assets.shader_values import (
+    AlphaTest,
+    BlendFactor,
+    Directive,
+    Sides,
+    SkyParms,
+    Sort,
+    number,
+)
+from followspot.errors import AssetError
+
+
+def entry(body: str) -> ShaderScript:
+    """The one entry, without problems, that has this body."""
+    result = parse(f"x\n{{\n{body}\n}}\n", "a.shader")
+    assert result.problems == ()
+    (shader,) = result.shaders
+    return shader
+
+
+def stage(body: str) -> Stage:
+    """The one stage, without problems, that has this body."""
+    (only,) = entry(f"{{\n{body}\n}}").stages
+    return only
+
+
+def wrong(body: str) -> tuple[ShaderScript, AssetError]:
+    """The one entry that has this body, and the one problem with it."""
+    result = parse(f"x\n{{\n{body}\n}}\n", "a.shader")
+    (shader,), (problem,) = result.shaders, result.problems
+    return shader, problem
+
+
+def test_get_gives_the_last_and_all_gives_every_one() -> None:
+    shader = entry("cull none\nsurfaceparm a\ncull back\n{\ntcMod 1\ntcMod 2\n}")
+    assert shader.get("cull") == Directive("cull", ("back",), 5)
+    assert shader.all("cull") == (Directive("cull", ("none",), 3), Directive("cull", ("back",), 5))
+    assert shader.get("cull", "surfaceparm") == shader.get("cull")
+    assert shader.get("tcmod") is None and shader.all("tcmod") == ()
+    assert shader.stages[0].get("tcmod") == Directive("tcmod", ("2",), 8)
+    assert [item.args for item in shader.stages[0].all("tcmod")] == [("1",), ("2",)]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("textures/Base/Wall.TGA", "textures/base/wall"),
+        ("textures\\base\\wall", "textures/base/wall"),
+        ("models/a.b/skin", "models/a.b/skin"),
+        ("models/a.b\\skin.jpg", "models/a.b/skin"),
+        ("a.b.c", "a.b"),
+        ("", ""),
+    ],
+)
+def test_lookup_names_lose_their_ending_as_in_the_engine(name: str, expected: str) -> None:
+    assert lookup_name(name) == expected
+
+
+def test_surfaceparms_add_up() -> None:
+    shader = entry("surfaceparm NoMarks\nSurfaceParm sky extra\nsurfaceparm\nsurfaceparm sky")
+    assert shader.surfaceparms == {"nomarks", "sky"}
+
+
+@pytest.mark.parametrize(
+    ("line", "sides"),
+    [
+        ("", Sides.FRONT),
+        ("cull front", Sides.FRONT),
+        ("cull back", Sides.BACK),
+        ("cull backSide", Sides.BACK),
+        ("cull backsided", Sides.BACK),
+        ("cull none", Sides.BOTH),
+        ("CULL TwoSided", Sides.BOTH),
+        ("cull disable", Sides.BOTH),
+        ("cull none\ncull back", Sides.BACK),
+    ],
+)
+def test_cull(line: str, sides: Sides) -> None:
+    assert entry(line).cull is sides
+
+
+@pytest.mark.parametrize(
+    ("line", "sky"),
+    [
+        ("", None),
+        ("skyParms env/Sky 384 env/near", SkyParms("env/Sky", 384.0, "env/near")),
+        ("skyparms - - -", SkyParms(None, 512.0, None)),
+        ("skyparms full 0 -", SkyParms("full", 512.0, None)),
+    ],
+)
+def test_sky_box(line: str, sky: SkyParms | None) -> None:
+    assert entry(line).sky_box == sky
+
+
+@pytest.mark.parametrize("name", ["q3map_sun", "q3map_sunExt", "SUN"])
+@pytest.mark.parametrize(
+    ("yaw", "elevation", "direction"),
+    [
+        ("0", "0", (1, 0, 0)),
+        ("90", "0", (0, 1, 0)),
+        ("-90", "0", (0, -1, 0)),
+        ("12", "90", (0, 0, 1)),
+        ("180", "45", (-math.sqrt(0.5), 0, math.sqrt(0.5))),
+    ],
+)
+def test_the_direction_points_to_the_sun(
+    name: str, yaw: str, elevation: str, direction: tuple[float, float, float]
+) -> None:
+    sun = entry(f"nopicmip\n{name} .5 .25 0 120 {yaw} {elevation} 2 16").sun
+    assert sun is not None
+    np.testing.assert_allclose(sun.direction_to_sun, direction, atol=1e-15)
+    assert sun.color.tolist() == [1.0, 0.5, 0.0]
+    assert (sun.intensity, sun.line) == (120.0, 4)
+
+
+def test_the_last_sun_wins() -> None:
+    sun = entry("q3map_sunext 1 1 1 10 0 0 1 1\nq3map_sun 0 0 2 20 0 0").sun
+    assert sun is not None
+    assert (sun.color.tolist(), sun.intensity, sun.line) == ([0, 0, 1], 20, 4)
+
+
+def test_a_level_without_a_sun_has_none() -> None:
+    assert entry("q3map_surfacelight 100").sun is None
+
+
+@pytest.mark.parametrize(
+    ("body", "sort"),
+    [
+        ("", Sort.OPAQUE),
+        ("sort additive", Sort.ADDITIVE),
+        ("sort seeThrough", Sort.SEE_THROUGH),
+        ("sort 3.5", 3.5),
+        ("portal", Sort.PORTAL),
+        ("sort nearest\nportal", Sort.PORTAL),
+        ("portal\nsort 0", Sort.OPAQUE),
+        ("polygonOffset", Sort.DECAL),
+        ("polygonOffset\nsort banner", Sort.BANNER),
+        ("sort nearest\nskyparms - - -", Sort.SKY),
+        ("{\nmap a\nblendFunc blend\n}", Sort.BLEND),
+        ("{\nmap a\nblendFunc blend\ndepthWrite\n}", Sort.SEE_THROUGH),
+        ("{\nmap a\n}\n{\nmap b\nblendFunc blend\n}", Sort.OPAQUE),
+    ],
+)
+def test_sort(body: str, sort: float) -> None:
+    shader = entry(body)
+    assert shader.sort == sort
+    assert shader.is_polygonoffset == ("polygonOffset" in body)
+
+
+@pytest.mark.parametrize(
+    ("line", "images", "clamps"),
+    [
+        ("", (), False),
+        ("map Textures/A.tga", ("Textures/A.tga",), False),
+        ("clampMap a b", ("a",), True),
+        ("map $LightMap", ("$lightmap",), False),
+        ("map $whiteImage", ("$whiteimage",), False),
+        ("map *White", ("*white",), False),
+        ("animmap 2.5 a b c", ("a", "b", "c"), False),
+        ("animMap 1 1 2 3 4 5 6 7 8 9", tuple("12345678"), False),
+        ("clampmap a\nmap b", ("b",), False),
+        ("videoMap video/intro.roq", (), False),
+    ],
+)
+def test_images(line: str, images: tuple[str, ...], clamps: bool) -> None:
+    layer = stage(line)
+    assert layer.images == images
+    assert layer.image == (images[0] if images else None)
+    assert layer.clamps is clamps
+
+
+@pytest.mark.parametrize(
+    ("line", "blend", "depth_write", "rgb_gen"),
+    [
+        ("", None, True, "identitylighting"),
+        ("blendFunc add", ("ONE", "ONE"), False, "identitylighting"),
+        ("BLENDFUNC Filter", ("DST_COLOR", "ZERO"), False, "identity"),
+        ("blendfunc blend", ("SRC_ALPHA", "ONE_MINUS_SRC_ALPHA"), False, "identitylighting"),
+        ("blendfunc gl_zero GL_Src_Color", ("ZERO", "SRC_COLOR"), False, "identity"),
+        ("blendfunc GL_DST_COLOR GL_ONE\ndepthwrite", ("DST_COLOR", "ONE"), True, "identity"),
+        ("blendfunc GL_ONE GL_ZERO", None, True, "identitylighting"),
+        ("blendfunc filter\nblendfunc add", ("ONE", "ONE"), False, "identitylighting"),
+    ],
+)
+def test_blending(
+    line: str, blend: tuple[str, str] | None, depth_write: bool, rgb_gen: str
+) -> None:
+    layer = stage(line)
+    assert layer.blend == (blend and tuple(BlendFactor[name] for name in blend))
+    assert layer.depth_write is depth_write
+    assert layer.rgb_gen == (rgb_gen,)
+
+
+def test_every_factor_may_stand_where_the_engine_takes_it() -> None:
+    sources = [factor for factor in BlendFactor if "SRC_COLOR" not in factor.name]
+    targets = [
+        factor
+        for factor in BlendFactor
+        if "DST_COLOR" not in factor.name and factor.name != "SRC_ALPHA_SATURATE"
+    ]
+    assert (len(sources), len(targets)) == (9, 8)
+    for factor in sources:
+        assert stage(f"blendFunc {factor.value} GL_ONE").blend == (factor, BlendFactor.ONE)
+    for factor in targets:
+        line = f"blendFunc GL_DST_COLOR {factor.value.upper()}"
+        assert stage(line).blend == (BlendFactor.DST_COLOR, factor)
+
+
+@pytest.mark.parametrize("test", AlphaTest)
+def test_alpha_tests(test: AlphaTest) -> None:
+    assert stage("map a").alpha_test is None
+    assert stage(f"alphaFunc {test.name}").alpha_test is test
+
+
+def test_generators_and_texture_coordinate_changes() -> None:
+    layer = stage(
+        "map $lightmap\nrgbGen Wave Sin 0 1 0 .5\n"
+        "tcMod scroll 0 1\ntexGen environment\ntcmod turb 1"
+    )
+    assert layer.rgb_gen == ("wave", "sin", "0", "1", "0", ".5")
+    assert layer.tc_gen == ("environment",)
+    assert [str(item) for item in layer.tc_mods] == ["tcmod scroll 0 1", "tcmod turb 1"]
+    assert stage("map $lightmap").tc_gen == ("lightmap",)
+    assert stage("map a").tc_gen == ("texture",)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected", "sides"),
+    [
+        ("cull sideways", "front, back", Sides.FRONT),
+        ("cull none\ncull", "front, back", Sides.FRONT),
+    ],
+)
+def test_a_wrong_cull_draws_the_front(line: str, expected: str, sides: Sides) -> None:
+    shader, problem = wrong(line)
+    assert shader.cull is sides
+    assert problem.expected.startswith(expected) and problem.expected.endswith("after cull")
+    assert problem.found == repr(line.splitlines()[-1])
+    assert problem.place == f"line {2 + len(line.splitlines())}"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "q3map_sun",
+        "q3map_sun 1 1 1 100 90",
+        "q3map_sun 1 1 x 100 90 45",
+        "q3map_sun 0 0 0 100 90 45",
+        "q3map_sun 1 1 -1 100 90 45",
+        "q3map_sun 1 1 1 1e999 90 45",
+        "q3map_sun nan 1 1 1 90 45",
+    ],
+)
+def test_a_wrong_sun_is_none(line: str) -> None:
+    shader, problem = wrong(line)
+    assert shader.sun is None
+    assert problem.found == repr(line)
+
+
+@pytest.mark.parametrize(
+    ("line", "sky"),
+    [("skyparms", None), ("skyparms a 512", None), ("skyparms a b -", SkyParms("a", 512.0, None))],
+)
+def test_a_wrong_sky(line: str, sky: SkyParms | None) -> None:
+    assert wrong(line)[0].sky_box == sky
+
+
+def test_a_wrong_sort_says_nothing() -> None:
+    assert wrong("sort sideways")[0].sort == Sort.OPAQUE
+    assert wrong("polygonoffset\nsort blend")[0].sort == Sort.DECAL
+
+
+@pytest.mark.parametrize(
+    ("line", "blend"),
+    [
+        ("blendFunc", ("ONE", "ONE")),
+        ("blendFunc GL_DST_COLOR", ("DST_COLOR", "ONE")),
+        ("blendFunc GL_ADD", ("ONE", "ONE")),
+        ("blendFunc multiply GL_ZERO", None),
+        ("blendFunc GL_SRC_COLOR GL_SRC_COLOR", ("ONE", "SRC_COLOR")),
+        ("blendFunc GL_DST_COLOR GL_DST_COLOR", ("DST_COLOR", "ONE")),
+    ],
+)
+def test_a_wrong_blend_factor_is_one(line: str, blend: tuple[str, str] | None) -> None:
+    shader, problem = wrong(f"{{\n{line}\n}}")
+    assert shader.stages[0].blend == (blend and tuple(BlendFactor[name] for name in blend))
+    assert problem.place == "line 4"
+
+
+def test_other_wrong_arguments_of_stages_fall_back() -> None:
+    assert wrong("{\nalphaFunc GE64\n}")[0].stages[0].alpha_test is None
+    assert wrong("{\nmap\n}")[0].stages[0].image is None
+    assert wrong("{\nanimMap 10\n}")[0].stages[0].image is None
+    assert wrong("{\nrgbGen rainbow\n}")[0].stages[0].rgb_gen == ("identitylighting",)
+    assert wrong("{\ntcGen\n}")[0].stages[0].tc_gen == ("texture",)
+
+
+def test_problems_of_arguments_follow_lost_entries() -> None:
+    result = parse("x { cull a\n cull b\n { blendfunc c\n } }\n}", "a.shader")
+    assert [problem.place for problem in result.problems] == [
+        "line 5",
+        "line 1",
+        "line 2",
+        "line 3",
+    ]
+    assert [str(item) for item in result.shaders[0].problems] == [
+        str(item) for item in result.problems[1:]
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1", 1.0),
+        ("-.5", -0.5),
+        ("+2.", 2.0),
+        ("1e-2x", 0.01),
+        ("0.5,", 0.5),
+        ("1_0", 1.0),
+        ("0x10", 0.0),
+        ("", None),
+        (".", None),
+        ("e5", None),
+        ("inf", None),
+        ("nan", None),
+        ("1e999", None),
+    ],
+)
+def test_numbers_are_read_as_by_atof(text: str, value: float | None) -> None:
+    assert number(text) == value
