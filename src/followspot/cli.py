@@ -17,7 +17,6 @@ app = typer.Typer(
 )
 
 
-
 @app.callback()
 def _common() -> None:
     """Keeps typer from folding the commands together."""
@@ -65,7 +64,9 @@ LightOption = Annotated[
 ]
 AlbedoOption = Annotated[
     float | None,
-    typer.Option("--albedo", help="One Lambertian coefficient for all opaque surfaces, no textures."),
+    typer.Option(
+        "--albedo", help="One Lambertian coefficient for all opaque surfaces, no textures."
+    ),
 ]
 SetOption = Annotated[
     list[str] | None,
@@ -114,7 +115,7 @@ def render(
     no_shadows: NoShadowsOption = False,
     no_sky_light: NoSkyLightOption = False,
 ) -> None:
-    """Draw one picture of a scene or level.
+    r"""Draw one picture of a scene or level.
 
     \b
     followspot render courtyard -o yard.png
@@ -139,6 +140,86 @@ def render(
             sky_light=not no_sky_light,
         ),
     )
+
+
+@app.command()
+def figures(
+    scene: SceneArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Gets the pngs.")],
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: SizeOption = "640x480",
+    light: LightOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+) -> None:
+    r"""Draw the classic sequence from normals to shadows, with a contact sheet.
+
+    \b
+    followspot figures courtyard -o out/figures
+    """
+    from followspot.present import tell
+    from followspot.present.still import Wish
+
+    wish = Wish(
+        camera=camera,
+        fov=fov,
+        size=size,
+        lights=light or (),
+        assets=assets or (),
+        settings=set_ or (),
+    )
+    tell.figures(scene, output, wish)
+
+
+@app.command()
+def inspect(
+    level: SceneArgument,
+    json: Annotated[bool, typer.Option("--json", help="All of it, for programs.")] = False,
+    assets: AssetsOption = None,
+) -> None:
+    """Tell what is in a level: counts, bounds, entities, views, materials, what is missing."""
+    from followspot.present import tell
+
+    tell.inspect(level, assets or (), as_json=json)
+
+
+@app.command()
+def bench(
+    scene: SceneArgument,
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: SizeOption = "640x480",
+    frames: Annotated[int, typer.Option("--frames", min=1, help="Frames counted a view.")] = 100,
+    sweep: Annotated[
+        bool, typer.Option("--sweep", help="All named views and spawn points, one after another.")
+    ] = False,
+    redraw_shadows: Annotated[
+        bool, typer.Option("--redraw-shadows", help="Draw the shadow maps anew in every frame.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="All figures, for programs.")] = False,
+    light: LightOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+) -> None:
+    r"""Measure frame times, with the GPU drained after each frame; also loading and memory.
+
+    \b
+    followspot bench oa_dm5 --redraw-shadows
+    """
+    from followspot.present import tell
+    from followspot.present.still import Wish
+
+    settings = [*(set_ or ()), *(["redraw_shadows=true"] if redraw_shadows else [])]
+    wish = Wish(
+        camera=camera,
+        fov=fov,
+        size=size,
+        lights=light or (),
+        assets=assets or (),
+        settings=settings,
+    )
+    tell.bench(scene, wish, frames, sweep=sweep, as_json=json)
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ import os
 import struct
 import zlib
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import Enum
@@ -110,7 +110,7 @@ def decode(data: bytes, source: str) -> Image:
     reader = next(cls for marks, cls in _FORMATS if data.startswith(marks))
     if reader is TgaImageFile and data.endswith(_TGA_FOOTER_END):
         # The footer may say that the fourth channel is no alpha, and Pillow then drops it. The
-        # games look at no footer, and 165 of OpenArena's 1288 tga files would lose alpha they use.
+        # games look at no footer; more than a hundred of OpenArena's files would lose their alpha.
         data = data[:-_TGA_FOOTER_BYTES]
     try:
         opened = reader(io.BytesIO(data))
@@ -126,7 +126,7 @@ def decode(data: bytes, source: str) -> Image:
         raise
     except Exception as error:  # Pillow answers damage with whatever its decoders stumble over
         kind = reader.format if reader is not TgaImageFile else "tga, jpg, png, bmp or pcx"
-        found = f"{len(data)} bytes that are not ({error})"
+        found = f"{len(data)} bytes that are not ({str(error) or type(error).__name__})"
         raise AssetError(source, expected=f"a whole {kind} image", found=found) from error
     return Image(pixels, _color_space(opened), bool(pixels[..., 3].min() < 255), source)
 
@@ -209,7 +209,7 @@ def find_image(archive: Archive, name: str) -> tuple[str | None, list[str]]:
 
 def decode_all(
     archive: Archive, names: Sequence[str], workers: int | None = None
-) -> Iterator[tuple[int, Image | AssetError]]:
+) -> Generator[tuple[int, Image | AssetError]]:
     """Read and decode images in threads, and yield them in the order of `names`.
 
     At most twice as many images as there are workers are decoded ahead of the consumer.

@@ -47,6 +47,13 @@ def expand(name: str, defines: dict[str, int | str]) -> tuple[str, list[str]]:
     return f"{version}\n{macros}#line 2 0\n{rest}", sources
 
 
+def uniform(program: moderngl.Program, name: str) -> moderngl.Uniform:
+    """A program's uniform, to be set; it must be one that the shader uses."""
+    found = program[name]
+    assert isinstance(found, moderngl.Uniform), found
+    return found
+
+
 def build(
     context: moderngl.Context, name: str, defines: dict[str, int | str] | None = None
 ) -> moderngl.Program:

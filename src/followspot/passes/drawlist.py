@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.scene.mesh import Mesh, gather_runs
+from followspot.assets.binary import run_members
+from followspot.scene.mesh import Mesh
 from followspot.spaces import Mat4, Vec3
 
 Mask = NDArray[np.bool_]
@@ -66,9 +67,7 @@ def boxes_in_frustum(
     return np.asarray(inside.all(axis=1))
 
 
-def in_material_order(
-    mesh: Mesh, chosen: Mask, key: NDArray[np.int32] | None = None
-) -> DrawList:
+def in_material_order(mesh: Mesh, chosen: Mask, key: NDArray[np.int32] | None = None) -> DrawList:
     """The chosen faces in the mesh's order, cut into one batch a material.
 
     Args:
@@ -95,7 +94,7 @@ def _cut(mesh: Mesh, faces: NDArray[np.void], material: NDArray[np.int32]) -> Dr
     if not len(faces):
         return NOTHING
     count = faces["index_count"]
-    indices = gather_runs(mesh.indices, faces["first_index"], count)
+    indices = mesh.indices[run_members(faces["first_index"], count)]
     starts = np.flatnonzero(np.diff(material, prepend=-1))
     first = (np.cumsum(count) - count)[starts]
     length = np.diff(first, append=len(indices))

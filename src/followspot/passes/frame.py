@@ -11,7 +11,7 @@ from followspot.gpu import blocks
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.targets import Targets
 from followspot.passes import drawlist, lighting
-from followspot.passes.drawlist import NOTHING, DrawList
+from followspot.passes.drawlist import NOTHING
 from followspot.passes.fullscreen import SkyPass, TonemapPass
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.surfaces import SHADOW_ATLAS, SurfacePass

@@ -49,8 +49,8 @@ class TonemapPass:
         self._context.enable_only(moderngl.NOTHING)
         targets.display.use()
         targets.radiance.use(0)
-        self._program["exposure"].value = exposure
-        self._program["encode"].value = view.is_encoded
+        program.uniform(self._program, "exposure").value = exposure
+        program.uniform(self._program, "encode").value = view.is_encoded
         self._array.render(vertices=3)
 
     def release(self) -> None:

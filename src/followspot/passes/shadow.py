@@ -78,7 +78,7 @@ class ShadowPass:
         self._solid = program.build(context, "shadow")
         self._cut_out = program.build(context, "shadow", {"ALPHA_TEST": 1})
         for each in (self._solid, self._cut_out):
-            each["world_from_object"].write(blocks.columns(np.eye(4)))
+            program.uniform(each, "world_from_object").write(blocks.columns(np.eye(4)))
         self._indices = context.buffer(reserve=max(gpu_scene.scene.mesh.indices.nbytes, 4))
         self._solid_vao = context.vertex_array(
             self._solid, [(gpu_scene.vertices, "3f 20x", "in_position")], self._indices
@@ -101,6 +101,7 @@ class ShadowPass:
         )
         self._drawn: object = None
         self.atlas: moderngl.Texture | None = None
+        self._target: moderngl.Framebuffer
         self.tiles: tuple[ShadowFrustum, ...] = ()
         self.redrawn = False
         self.triangle_count = self.draw_count = 0
@@ -108,7 +109,7 @@ class ShadowPass:
     def reserve(self, light_count: int, size: int) -> None:
         """Make room for so many tiles of so many texels. Not to be called inside a frame."""
         wanted = (size * max(light_count, 1), size)
-        if self.atlas is not None and self.atlas.size == wanted:
+        if self.atlas is not None and (self.atlas.size == wanted or light_count == 0):
             return
         if self.atlas is not None:
             self._target.release()
@@ -133,8 +134,16 @@ class ShadowPass:
         Returns:
             (lights, 4, 4) ``shadow_from_world`` into the atlas, column-major.
         """
-        wanted = (lights, settings.shadow_map_size, settings.shadow_cull, settings.shadow_slope_bias)
-        self.redrawn = bool(lights) and (settings.redraw_shadows or wanted != self._drawn)
+        if not lights:
+            self.redrawn = False
+            return np.empty((0, 4, 4), np.float32)
+        wanted = (
+            lights,
+            settings.shadow_map_size,
+            settings.shadow_cull,
+            settings.shadow_slope_bias,
+        )
+        self.redrawn = settings.redraw_shadows or wanted != self._drawn
         if self.redrawn:
             self._redraw(lights, settings)
             self._drawn = wanted
@@ -144,7 +153,7 @@ class ShadowPass:
                 for k, (tile, light) in enumerate(zip(self.tiles, lights, strict=True))
             ],
             np.float32,
-        ).reshape(-1, 4, 4)
+        )
 
     def _shadow_from_world(
         self, number: int, tile: ShadowFrustum, light: SpotLight, bias: float
@@ -173,8 +182,8 @@ class ShadowPass:
         for number, tile in enumerate(self.tiles):
             self._target.viewport = (number * size, 0, size, size)
             matrix = blocks.columns(tile.clip_from_world)
-            self._solid["clip_from_world"].write(matrix)
-            self._cut_out["clip_from_world"].write(matrix)
+            program.uniform(self._solid, "clip_from_world").write(matrix)
+            program.uniform(self._cut_out, "clip_from_world").write(matrix)
             self._draw_casters(self._casters(scene.mesh, tile), settings.shadow_cull)
         context.polygon_offset = 0.0, 0.0
 
@@ -198,7 +207,7 @@ class ShadowPass:
                 vao = self._solid_vao
             else:
                 vao = self._cut_out_vao
-                self._cut_out["alpha_test"].value = alpha_test_vector(material)
+                program.uniform(self._cut_out, "alpha_test").value = alpha_test_vector(material)
                 self._gpu_scene.base_images[batch.material].use(0)
             vao.render(vertices=batch.count, first=batch.first)
         self.triangle_count += casters.triangle_count

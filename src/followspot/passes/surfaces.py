@@ -54,8 +54,8 @@ class SurfacePass:
         surface = program.build(self._context, "surface", defines)
         for name, unit in (("base_image", BASE_IMAGE), ("shadow_atlas", SHADOW_ATLAS)):
             if name in surface:
-                surface[name].value = unit
-        surface["world_from_object"].write(blocks.columns(np.eye(4)))
+                program.uniform(surface, name).value = unit
+        program.uniform(surface, "world_from_object").write(blocks.columns(np.eye(4)))
         used = [f"in_{name}" for name in VERTEX.names or () if f"in_{name}" in surface]
         layout = {"in_position": "3f", "in_normal": "3f", "in_texcoord": "2f"}
         formats = [
@@ -93,7 +93,7 @@ class SurfacePass:
                 self._set_state(material)
             array = self._ready[self._variants[batch.material]]
             if material.alpha_test is not None:
-                array.program["alpha_test"].value = alpha_test_vector(material)
+                program.uniform(array.program, "alpha_test").value = alpha_test_vector(material)
             self._gpu_scene.base_images[batch.material].use(BASE_IMAGE)
             array.render(vertices=batch.count, first=base + batch.first)
         self._context.polygon_offset = 0.0, 0.0

@@ -46,8 +46,8 @@ def save(path: Path, picture: NDArray[Any], channel: str = "Y") -> None:
     elif ending == ".exr":
         write_whole(path, lambda to: _save_exr(to, picture, channel))
     else:
-        options = {"quality": 95, "subsampling": 0} if ending != ".png" else {}
-        write_whole(path, lambda to: Image.fromarray(picture).save(to, **options))
+        image = Image.fromarray(picture)  # quality and subsampling mean something to jpg alone
+        write_whole(path, lambda to: image.save(to, quality=95, subsampling=0))
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
@@ -58,7 +58,9 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
+        )
     except OSError as error:
         raise UsageError(f"{path}: cannot be written: {error.strerror}") from None
     os.close(handle)

@@ -5,7 +5,6 @@ from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,9 +21,11 @@ from followspot.scene.settings import Settings
 
 Pictures = dict[View, NDArray[Any]]
 
-_MIDDLE_GREY = 0.5
-_HIGHLIGHT = 0.97
-"""Display values (linear) that automatic exposure aims at: for the mean and for the brightest."""
+_MIDDLE = 0.18
+_HIGHLIGHT = 0.9
+_BRIGHT_PERCENT = 97
+"""Linear display values that automatic exposure aims at: the geometric mean of the picture, and
+the luminance that so many percent of it stay below."""
 
 
 class Renderer:
@@ -45,7 +46,9 @@ class Renderer:
         limit = min(self._context.info["GL_MAX_RENDERBUFFER_SIZE"], 16384)
         if not all(1 <= edge <= limit for edge in size):
             self._context.release()
-            raise UsageError(f"a size of {size[0]}x{size[1]} cannot be drawn; edges are 1 to {limit}")
+            raise UsageError(
+                f"a size of {size[0]}x{size[1]} cannot be drawn; edges are 1 to {limit}"
+            )
         self.size = size
         self._targets: dict[bool, Targets] = {}
         self._gpu_scene: GpuScene | None = None
@@ -58,9 +61,9 @@ class Renderer:
 
     def open(self, scene: Scene) -> GpuScene:
         """Upload a scene, in place of the one before. `render` does so by itself."""
-        if self._gpu_scene is not None and self._gpu_scene.scene.level is scene.level:
-            if self._gpu_scene.scene.sky is scene.sky:
-                return self._gpu_scene
+        now = self._gpu_scene
+        if now is not None and now.scene.level is scene.level and now.scene.sky is scene.sky:
+            return now
         self._drop_scene()
         self._gpu_scene = GpuScene(self._context, scene, scene.settings.anisotropy)
         self._pipeline = FramePipeline(self._context, self._gpu_scene)
@@ -147,26 +150,37 @@ class Renderer:
         grey = np.clip((distance - nearest) / max(farthest - nearest, 1e-6), 0, 1) * 0.85 + 0.05
         return np.repeat((np.where(hit, grey, 1.0) * 255).astype(np.uint8)[..., None], 3, axis=2)
 
-    def exposure(self, scene: Scene, camera: Camera, settings: Settings | None = None) -> float:
-        """The display value per radiance: the settings' own, or one that suits the view.
+    def exposure(
+        self,
+        scene: Scene,
+        camera: Camera,
+        settings: Settings | None = None,
+        view: View = View.FINAL,
+    ) -> float:
+        """The display value per radiance: the settings' own, or one that suits a view.
 
-        The automatic one makes the mean of the picture's luminances (each no more than white)
-        a middle tone, but lets no more than a few percent of it burn out.
+        The automatic one brings the geometric mean of the luminances to `_MIDDLE` (the
+        log-average of Reinhard et al., Photographic Tone Reproduction for Digital Images, 2002),
+        unless more than a few percent of the picture would burn out.
         """
         settings = scene.settings if settings is None else settings
         if settings.exposure is not None:
             return settings.exposure
         self.open(scene)
-        frame = FrameInput(camera, lighting.in_order(scene.lights), settings, 1.0)
+        frame = FrameInput(camera, lighting.in_order(scene.lights), settings, 1.0, view)
         self.draw(frame, linear=True)
         values = self._targets[True].read_linear()
         luminance = (values @ np.array([0.2126, 0.7152, 0.0722], np.float32)).ravel()
         luminance = luminance[np.isfinite(luminance) & (luminance > 0)]
         if not len(luminance):
             return 1.0
-        bright = float(np.percentile(luminance, 95))
-        typical = float(np.exp(np.log(luminance + 1e-4).mean()))
-        return min(_HIGHLIGHT / max(bright, 1e-6), 0.18 * 2 / max(typical, 1e-6))
+        bright = float(np.percentile(luminance, _BRIGHT_PERCENT))
+        typical = float(np.exp(np.log(luminance).mean()))
+        return min(_HIGHLIGHT / bright, _MIDDLE / typical)
+
+    def has_shadow_map(self, scene: Scene, settings: Settings) -> bool:
+        """Whether the scene's key light has a shadow map under these settings."""
+        return bool(lighting.shadowed(lighting.in_order(scene.lights), settings))
 
     def close(self) -> None:
         """Give back everything on the GPU."""
@@ -187,7 +201,10 @@ class Renderer:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
     ) -> None:
         self.close()
 

@@ -129,7 +129,9 @@ def _spot_light(level: Level, camera: Camera, metres_per_unit: float) -> SpotLig
     away = target - position
     if np.linalg.norm(away) < 1e-3:
         away = np.array([0.0, 0.0, -1.0])
-    metres = max(float(np.median(np.linalg.norm(sample - position, axis=1))), 64.0) * metres_per_unit
+    metres = (
+        max(float(np.median(np.linalg.norm(sample - position, axis=1))), 64.0) * metres_per_unit
+    )
     light = SpotLight(
         spaces.vec3(position),
         spaces.normalised(away),

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.shader_script import ShaderScript
 from followspot.scene import bsp_tree, material, patch
 from followspot.scene.material import FindImage, Material
-from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, gather_runs
+from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes
 
 PATCH_TOLERANCE = 1.0
 """Units by which a patch's triangles may miss the curved surface: 3 cm."""
@@ -47,9 +48,8 @@ class Visibility:
     def _look(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
         leafs = self.bsp.leafs[bsp_tree.visible_leafs(self.bsp, position)]
         seen = self.everywhere.copy()
-        seen[
-            gather_runs(self.bsp.leaf_faces, leafs["first_leaf_face"], leafs["leaf_face_count"])
-        ] = True
+        members = run_members(leafs["first_leaf_face"], leafs["leaf_face_count"])
+        seen[self.bsp.leaf_faces[members]] = True
         return np.asarray(seen[self.level_face])
 
 
@@ -139,9 +139,9 @@ def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
             if origin is not None:
                 origins[int(name[1:])] = origin
     offsets = np.zeros((len(bsp.faces), 3), np.float32)
-    for model, origin in zip(bsp.models, origins, strict=True):
+    for model, moved in zip(bsp.models, origins, strict=True):
         first = model["first_face"]
-        offsets[first : first + model["face_count"]] = origin
+        offsets[first : first + model["face_count"]] = moved
     return offsets
 
 
@@ -159,9 +159,7 @@ def _moved_vertices(
 ) -> tuple[NDArray[np.void], NDArray[np.int64]]:
     """The vertices of some faces at their places, and where each face's begin among them."""
     count = bsp.faces["vertex_count"][faces].astype(np.int64)
-    source = gather_runs(
-        np.arange(len(bsp.vertices)), bsp.faces["first_vertex"][faces].astype(np.int64), count
-    )
+    source = run_members(bsp.faces["first_vertex"][faces], count)
     vertices = np.empty(len(source), VERTEX)
     for name in ("position", "normal", "texcoord"):
         vertices[name] = bsp.vertices[name][source]
@@ -174,8 +172,8 @@ def _polygons(bsp: BspFile, wanted: NDArray[np.bool_], offsets: NDArray[np.float
     faces = np.flatnonzero(wanted & (bsp.faces["type"] != FaceType.PATCH))
     vertices, starts = _moved_vertices(bsp, faces, offsets)
     count = bsp.faces["index_count"][faces].astype(np.int64)
-    indices = gather_runs(bsp.indices, bsp.faces["first_index"][faces].astype(np.int64), count)
-    indices = (indices + np.repeat(starts, count)).astype(np.uint32)
+    in_face = bsp.indices[run_members(bsp.faces["first_index"][faces], count)]
+    indices = (in_face + np.repeat(starts, count)).astype(np.uint32)
     _renormalise(vertices, indices)
     return _Part(vertices, indices, faces, np.cumsum(count) - count, count)
 
@@ -222,11 +220,13 @@ def _join(
     keep = np.flatnonzero(count > 0)
     order = keep[np.lexsort((level_face[keep], material_of_face[level_face[keep]]))]
     count, level_face = count[order], level_face[order]
-    indices = gather_runs(indices, first[order], count)
+    indices = indices[run_members(first[order], count)]
     faces = np.zeros(len(order), FACE)
     faces["index_count"] = count
     faces["first_index"] = np.cumsum(count) - count
     faces["material"] = material_of_face[level_face]
     if len(faces):
-        faces["mins"], faces["maxs"] = face_boxes(vertices["position"], indices, faces["first_index"])
+        faces["mins"], faces["maxs"] = face_boxes(
+            vertices["position"], indices, faces["first_index"]
+        )
     return Mesh(vertices, indices, faces), level_face

@@ -10,7 +10,6 @@ from followspot.assets.bsp import BspFile, read_bsp
 from followspot.assets.image import Image
 from followspot.assets.shader_parser import load_scripts
 from followspot.assets.shader_script import ShaderScript, lookup_name
-from followspot.assets.shader_values import Sun
 from followspot.errors import AssetError
 from followspot.scene import key_light, level, scene_file, sky
 from followspot.scene.camera import Camera
@@ -143,7 +142,7 @@ def _find_sky(
     Raises:
         AssetError: it is `required` and not there.
     """
-    problems = []
+    problems: list[AssetError] = []
     for base in bases:
         try:
             return _read_sky(archive, base), problems

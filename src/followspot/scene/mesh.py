@@ -64,12 +64,3 @@ def face_boxes(
     """
     corners = positions[indices]
     return np.minimum.reduceat(corners, first, axis=0), np.maximum.reduceat(corners, first, axis=0)
-
-
-def gather_runs(
-    values: NDArray[np.uint32], first: NDArray[np.int32], count: NDArray[np.int32]
-) -> NDArray[np.uint32]:
-    """The runs ``values[first[k] : first[k] + count[k]]`` one after another, without a loop."""
-    total = int(count.sum())
-    starts = np.cumsum(count) - count
-    return values[np.repeat(first - starts, count) + np.arange(total)]

@@ -60,7 +60,7 @@ class Scene:
     cameras: Mapping[str, Camera] = field(default_factory=dict)
     environment_constant: float = 1.0
     metres_per_unit: float = spaces.METRES_PER_UNIT
-    settings: Settings = Settings()
+    settings: Settings = field(default_factory=Settings)
     missing: tuple[MissingImage, ...] = ()
     problems: tuple[AssetError, ...] = ()
 
@@ -101,7 +101,7 @@ def spawn_cameras(bsp: BspFile) -> dict[str, Camera]:
 
     A level without any gets one view from the middle of its box.
     """
-    cameras = {}
+    cameras: dict[str, Camera] = {}
     for entity in bsp.entities:
         kind = entity.get("classname", "").lower()
         is_spawn = kind.startswith(("info_player", "team_ctf_redspawn", "team_ctf_bluespawn"))
@@ -110,7 +110,7 @@ def spawn_cameras(bsp: BspFile) -> dict[str, Camera]:
         if not is_spawn or origin is None or kind == "info_player_intermission":
             continue
         name = f"spawn{len(cameras)}"
-        eye = origin + (0, 0, spaces.EYE_HEIGHT)
+        eye = origin + np.array([0, 0, spaces.EYE_HEIGHT])
         cameras[name] = Camera(spaces.vec3(eye), *_entity_angles(entity), name=name)
     cameras |= _intermission(bsp)
     if not cameras:

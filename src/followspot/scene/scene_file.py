@@ -1,25 +1,25 @@
 """Scene files: TOML that names a level and says how to light it and where to stand.
 
-    level = "oa_dm5"              # a name in the search path, or a path beside this file
-    sky = "env/hills"             # images env/hills_rt, _lf, ...; else the level's own
-    metres_per_unit = 0.03
-    environment_constant = 1.0    # W/(m^2 sr) of a sky texel of value 1
+level = "oa_dm5"              # a name in the search path, or a path beside this file
+sky = "env/hills"             # images env/hills_rt, _lf, ...; else the level's own
+metres_per_unit = 0.03
+environment_constant = 1.0    # W/(m^2 sr) of a sky texel of value 1
 
-    [[lights]]
-    type = "spot"                 # or "point", which has neither direction nor angle
-    position = [0, 0, 400]        # Quake units
-    target = [0, 0, 0]            # or direction = [x, y, z]
-    half_angle_degrees = 30
-    power = 5000                  # W, or [red, green, blue]
-    softness = 0.2
+[[lights]]
+type = "spot"                 # or "point", which has neither direction nor angle
+position = [0, 0, 400]        # Quake units
+target = [0, 0, 0]            # or direction = [x, y, z]
+half_angle_degrees = 30
+power = 5000                  # W, or [red, green, blue]
+softness = 0.2
 
-    [cameras.start]
-    position = [0, -200, 60]
-    yaw = 90
-    pitch = 5                     # positive looks down
+[cameras.start]
+position = [0, -200, 60]
+yaw = 90
+pitch = 5                     # positive looks down
 
-    [settings]
-    shadow_map_size = 2048
+[settings]
+shadow_map_size = 2048
 """
 
 import math
@@ -161,7 +161,7 @@ def parse(text: str, source: str) -> SceneFile:
 
 
 def _told(message: str, source: str) -> AssetError:
-    """msgspec's "Expected X, got Y - at `$.key`" as an AssetError."""
+    """What msgspec says, "Expected X, got Y - at `$.key`" as an AssetError."""
     text, _, place = message.partition(" - at ")
     key = place.strip("`").removeprefix("$").removeprefix(".")
     if match := re.match(r"Expected (.*), got (.*)", text):
