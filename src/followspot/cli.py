@@ -222,6 +222,14 @@ def bench(
     tell.bench(scene, wish, frames, sweep=sweep, as_json=json)
 
 
+@app.command()
+def doctor() -> None:
+    """Tell which ways to OpenGL work on this machine, and what to install if none does."""
+    from followspot.present import doctor as examination
+
+    raise typer.Exit(examination.print_report())
+
+
 def main() -> None:
     """Run the command line; what a user caused is one line on stderr and exit code 2."""
     try:

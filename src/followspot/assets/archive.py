@@ -381,7 +381,7 @@ def _loose_files(root: Path) -> dict[str, _LooseFile]:
             paths = sorted(folder.iterdir())
         except OSError:
             continue
-        met += 1 + len(paths)
+        met += len(paths)
         if met > MAX_LOOSE_FILES:
             expected = f"a game folder of at most {MAX_LOOSE_FILES} files"
             raise AssetError(str(root), expected=expected, found="more")

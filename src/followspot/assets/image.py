@@ -209,7 +209,7 @@ def find_image(archive: Archive, name: str) -> tuple[str | None, list[str]]:
 
 def decode_all(
     archive: Archive, names: Sequence[str], workers: int | None = None
-) -> Generator[tuple[int, Image | AssetError]]:
+) -> Generator[tuple[int, Image | AssetError], None, None]:
     """Read and decode images in threads, and yield them in the order of `names`.
 
     At most twice as many images as there are workers are decoded ahead of the consumer.

@@ -55,7 +55,7 @@ def write_environment(block: NDArray[np.void], scene: Scene, settings: Settings)
     """Fill in a frame block's sky radiances and constants."""
     if settings.sky_light:
         towards = _towards_axes(scene.sky, settings.environment_mip)
-        block["environment"][:, :3] = towards * scene.environment_constant
+        block["environment"][:, :3] = towards * scene.environment_constant + scene.ambient
     albedo = 1.0 if settings.albedo is None else settings.albedo
     block["tint"] = albedo, albedo, albedo, settings.emission
     block["sky_scale"][0] = scene.environment_constant

@@ -22,8 +22,8 @@ from followspot.scene.settings import Settings
 Pictures = dict[View, NDArray[Any]]
 
 _MIDDLE = 0.18
-_HIGHLIGHT = 0.9
-_BRIGHT_PERCENT = 97
+_HIGHLIGHT = 0.65
+_BRIGHT_PERCENT = 95
 """Linear display values that automatic exposure aims at: the geometric mean of the picture, and
 the luminance that so many percent of it stay below."""
 

@@ -38,6 +38,10 @@ def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[S
     lights = [arguments.parse_light(text) for text in wish.lights]
     scene = load(name, wish.assets, on_step=on_step)
     camera = arguments.parse_camera(wish.camera, wish.fov, scene)
+    if lights:
+        scene = scene.with_lights(*lights)
+    elif scene.lights_chosen:
+        scene = with_chosen_light(scene, camera)
     settings = arguments.parse_settings(
         scene,
         wish.settings,
@@ -45,12 +49,7 @@ def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[S
         shadows=wish.shadows,
         sky_light=wish.sky_light,
     )
-    scene = replace(scene, settings=settings)
-    if lights:
-        scene = scene.with_lights(*lights)
-    elif scene.lights_chosen:
-        scene = with_chosen_light(scene, camera)
-    return scene, camera
+    return replace(scene, settings=settings), camera
 
 
 def render(name: str, output: Path, wish: Wish) -> None:

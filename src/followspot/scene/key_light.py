@@ -15,19 +15,23 @@ from followspot.assets.bsp import BspFile
 from followspot.assets.shader_values import Sun
 from followspot.scene import bsp_tree
 from followspot.scene.camera import Camera
-from followspot.scene.level import Level, entity_vector
+from followspot.scene.level import Level
 from followspot.scene.light import SpotLight
 from followspot.scene.material import SURFACE_SKY
 from followspot.spaces import Vec3
 
-SUN_IRRADIANCE = 6.0
-"""W/m^2 of a chosen light where it shines squarely: some times that of a sky of radiance 0.5."""
+IRRADIANCE = 4.0
+"""W/m^2 of a chosen light where it shines squarely: some times that of a sky of radiance 0.3."""
+
+FILL = 0.15
+"""Radiance in W/(m^2 sr) that a chosen light's surroundings have at least, on average: a level in
+space has a black sky, and would show nothing beside the lit spots."""
 
 SUN_DISTANCE = 8.0
 """How far away the sun's spot light stands, in radii of the level: nearly parallel light."""
 
-SUN_SHARE = 0.15
-"""Share of a level's places from which the sun must be seen, for it to be the key light."""
+SUN_SHARE = 0.08
+"""Share of what the camera sees that the sun must reach, for it to be the key light."""
 
 SPOT_HALF_ANGLE = math.radians(55)
 REACH = 4096.0
@@ -43,7 +47,7 @@ def choose(level: Level, sun: Sun | None, camera: Camera, metres_per_unit: float
         camera: What the spot light is chosen for, where there is no sun.
         metres_per_unit: Length of a unit.
     """
-    if sun is not None and _sun_share(level.bsp, sun.direction_to_sun) >= SUN_SHARE:
+    if sun is not None and _sun_share(level.bsp, sun.direction_to_sun, camera) >= SUN_SHARE:
         return _sun_light(level, sun, metres_per_unit)
     return _spot_light(level, camera, metres_per_unit)
 
@@ -64,22 +68,27 @@ def _sun_light(level: Level, sun: Sun, metres_per_unit: float) -> SpotLight:
 
 
 def _with_irradiance(light: SpotLight, metres: float) -> SpotLight:
-    """The light scaled so that it gives SUN_IRRADIANCE at a distance on its axis."""
-    wanted = SUN_IRRADIANCE * metres**2
+    """The light scaled so that it gives IRRADIANCE at a distance on its axis."""
+    wanted = IRRADIANCE * metres**2
     power = spaces.vec3(light.power * (wanted / light.intensity.max()))
     return SpotLight(
         light.position, light.direction, light.half_angle, power, light.softness, name=light.name
     )
 
 
-def _sun_share(bsp: BspFile, to_sun: Vec3) -> float:
-    """Share of the places in a level (its entities' origins) that see the sun through the sky."""
-    origins = [entity_vector(entity, "origin") for entity in bsp.entities]
-    places = np.array([o for o in origins if o is not None]).reshape(-1, 3)
+def ambient(sky_mean: NDArray[np.float64]) -> float:
+    """Radiance in W/(m^2 sr) to add from all around, where a sky of this mean (3,) is too dark."""
+    return max(0.0, FILL - float(sky_mean @ (0.2126, 0.7152, 0.0722)))
+
+
+def _sun_share(bsp: BspFile, to_sun: Vec3, camera: Camera) -> float:
+    """Share of the places that a camera sees which the sun reaches through the sky."""
     is_sky = (bsp.shaders["surface_flags"][bsp.faces["shader"]] & SURFACE_SKY) != 0
     sky = np.flatnonzero(is_sky & (bsp.faces["vertex_count"] > 0))
-    if not (len(places) and len(sky)):
+    if not len(sky):
         return 0.0
+    seen = _look(bsp, camera.position, _ahead(camera))
+    places = seen + (camera.position - seen) * 0.02  # off the wall that was hit
     reach = float(np.linalg.norm(bsp.models["maxs"][0] - bsp.models["mins"][0])) + 1
     ends = places + to_sun * reach
     fractions = bsp_tree.trace(bsp, places, ends)
@@ -89,7 +98,7 @@ def _sun_share(bsp: BspFile, to_sun: Vec3) -> float:
     boxes = _run_boxes(bsp.vertices["position"], runs)
     margin = 8.0  # the tree may stop a line a little before the sky's face
     near = (hits[:, np.newaxis] >= boxes[0] - margin) & (hits[:, np.newaxis] <= boxes[1] + margin)
-    return float(near.all(axis=2).any(axis=1).mean())
+    return float(np.any(np.all(near, axis=2), axis=1).mean())
 
 
 def _run_boxes(
@@ -107,11 +116,9 @@ def _run_boxes(
 def _spot_light(level: Level, camera: Camera, metres_per_unit: float) -> SpotLight:
     """A spot light under the ceiling, ahead of the camera, aimed at what the camera sees."""
     bsp, eye = level.bsp, camera.position
-    ahead = _directions(1024)
-    ahead = ahead[ahead @ camera.forward > math.cos(math.radians(50))]
-    seen = _look(bsp, eye, ahead)
+    seen = _look(bsp, eye, _ahead(camera))
     # Candidates: part of the way along each line of sight, lifted most of the way to the ceiling.
-    shares = np.repeat([0.2, 0.4, 0.6], len(ahead))[:, np.newaxis]
+    shares = np.repeat([0.2, 0.4, 0.6], len(seen))[:, np.newaxis]
     places = eye + (np.tile(seen, (3, 1)) - eye) * shares
     up = np.array([0.0, 0.0, 512.0])
     places = places + up * (bsp_tree.trace(bsp, places, places + up) * 0.8)[:, np.newaxis]
@@ -141,6 +148,12 @@ def _spot_light(level: Level, camera: Camera, metres_per_unit: float) -> SpotLig
         name="spot",
     )
     return _with_irradiance(light, metres)
+
+
+def _ahead(camera: Camera) -> NDArray[np.float64]:
+    """(n, 3) unit vectors spread over what a camera sees, and a little beside it."""
+    directions = _directions(1024)
+    return directions[directions @ camera.forward > math.cos(math.radians(50))]
 
 
 def _directions(count: int) -> NDArray[np.float64]:

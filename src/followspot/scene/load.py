@@ -110,6 +110,7 @@ def _assemble(
         lights=tuple(each.light() for each in file.lights),
         cameras={n: c.camera(n) for n, c in file.cameras.items()} | spawn_cameras(bsp),
         environment_constant=file.environment_constant,
+        ambient=file.ambient,
         metres_per_unit=file.metres_per_unit,
         settings=file.settings,
         missing=tuple(missing.values()),
@@ -124,7 +125,9 @@ def _assemble(
 def with_chosen_light(scene: Scene, camera: Camera) -> Scene:
     """The scene under a light that suits its level and what a camera sees."""
     light = key_light.choose(scene.level, scene.sun, camera, scene.metres_per_unit)
-    return replace(scene, lights=(light,), lights_chosen=True)
+    sky_mean = scene.sky.towards_axes().mean(axis=0) * scene.environment_constant
+    ambient = key_light.ambient(sky_mean)
+    return replace(scene, lights=(light,), lights_chosen=True, ambient=ambient)
 
 
 def _sky_shaders(bsp: BspFile) -> list[str]:

@@ -231,8 +231,8 @@ def _fit_plane(points: Floats) -> tuple[Floats, Bools]:
 
     Returns:
         thickness: (m,) in units, between the planes that are parallel to it and enclose the piece.
-        folded: (m,) whether a piece may turn over, seen at right angles to the plane, so that the
-            outline does not tell where it lies.
+        folded: (m,) whether a piece may turn over, seen at right angles to the plane, or has no
+            area, so that the outline does not tell where it lies.
     """
     offsets = (points - points.mean(axis=(1, 2), keepdims=True)).reshape(-1, 9, 3)
     axes = np.linalg.eigh(offsets.swapaxes(1, 2) @ offsets).eigenvectors
@@ -243,7 +243,7 @@ def _fit_plane(points: Floats) -> tuple[Floats, Bools]:
     # The area element is a sum of these 36 products with positive weights.
     turns = np.cross(normal.swapaxes(1, 2), along_u) @ along_v.swapaxes(1, 2)
     up, down = np.maximum(turns, 0).max(axis=(1, 2)), np.maximum(-turns, 0).max(axis=(1, 2))
-    return thickness, np.minimum(up, down) > FOLD_SLACK * np.maximum(up, down)
+    return thickness, np.minimum(up, down) >= FOLD_SLACK * np.maximum(up, down)
 
 
 def _length(vectors: Floats) -> Floats:

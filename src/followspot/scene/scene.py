@@ -43,6 +43,7 @@ class Scene:
         lights_chosen: Whether the program chose the lights, since nobody gave any.
         cameras: Views by name; the first one is where a picture starts.
         environment_constant: Radiance in W/(m^2 sr) of a sky texel of value 1.
+        ambient: Radiance in W/(m^2 sr) from all around, added to the environment's.
         metres_per_unit: Length of a Quake unit.
         settings: The scene's own choice of switches.
         missing: Images that were not found.
@@ -59,6 +60,7 @@ class Scene:
     lights_chosen: bool = False
     cameras: Mapping[str, Camera] = field(default_factory=dict)
     environment_constant: float = 1.0
+    ambient: float = 0.0
     metres_per_unit: float = spaces.METRES_PER_UNIT
     settings: Settings = field(default_factory=Settings)
     missing: tuple[MissingImage, ...] = ()
@@ -92,8 +94,9 @@ class Scene:
         return self.cameras[name]
 
     def with_lights(self, *lights: Light) -> "Scene":
-        """The same scene under other lights."""
-        return replace(self, lights=lights, lights_chosen=False)
+        """The same scene under other lights, without what was chosen to go with the old ones."""
+        ambient = 0.0 if self.lights_chosen else self.ambient
+        return replace(self, lights=lights, lights_chosen=False, ambient=ambient)
 
 
 def spawn_cameras(bsp: BspFile) -> dict[str, Camera]:
