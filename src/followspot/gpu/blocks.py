@@ -20,7 +20,7 @@ FRAME = np.dtype(
         ("clip_from_world", "<f4", (4, 4)),
         ("direction_from_clip", "<f4", (4, 4)),  # far-plane clip position to world direction
         ("shadow_from_world", "<f4", (MAX_SHADOWS, 4, 4)),
-        ("light_position", "<f4", (MAX_LIGHTS, 4)),  # world units
+        ("light_position", "<f4", (MAX_LIGHTS, 4)),  # world units; w: normal offset per distance
         ("light_direction", "<f4", (MAX_LIGHTS, 4)),  # unit axis; w: cosine of the rim
         ("light_intensity", "<f4", (MAX_LIGHTS, 4)),  # W/sr per m^2 in a unit^2; w: cos_full
         ("environment", "<f4", (6, 4)),  # radiance from +X -X +Y -Y +Z -Z

@@ -7,6 +7,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot import spaces
 from followspot.gpu import blocks
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.targets import Targets
@@ -14,6 +15,7 @@ from followspot.passes import drawlist, lighting
 from followspot.passes.drawlist import NOTHING
 from followspot.passes.fullscreen import SkyPass, TonemapPass
 from followspot.passes.shadow import ShadowPass
+from followspot.passes.shadow_fit import Boxes
 from followspot.passes.surfaces import SHADOW_ATLAS, SurfacePass
 from followspot.passes.view import View
 from followspot.scene.camera import Camera
@@ -75,6 +77,7 @@ class FramePipeline:
         self._opaque, self._blended = NOTHING, NOTHING
         self._listed: object = None
         self._visible: NDArray[np.bool_] | None = None
+        self._receivers: Boxes | None = None
 
     def prepare(self, frame: FrameInput) -> None:
         """Compile and allocate what frames like this one need; `draw` then creates nothing."""
@@ -92,7 +95,7 @@ class FramePipeline:
         clip_from_world = clip_from_view @ frame.camera.view_from_world
 
         self._update_draw_lists(frame, clip_from_world)
-        shadow_from_world = self.shadow.draw(frame.shadowed, frame.settings)
+        shadow_from_world = self.shadow.draw(frame.shadowed, frame.settings, self._receivers)
         self._write_block(frame, clip_from_world, clip_from_view, shadow_from_world)
 
         targets.linear.depth_mask = True
@@ -126,6 +129,7 @@ class FramePipeline:
             return
         self._listed = wanted
         visible = self._visible_faces(frame, clip_from_world)
+        self._receivers = self._boxes_in_view(visible, clip_from_world)
         is_blended = self._is_blended[self._scene.mesh.faces["material"]]
         opaque, blended = visible & ~is_blended, visible & is_blended & blended_too
         if self._visible is None or not np.array_equal(opaque, self._visible):
@@ -136,6 +140,15 @@ class FramePipeline:
         eye = frame.camera.position
         self._blended = drawlist.back_to_front(self._scene.mesh, blended, eye)
         self._surfaces.upload(self._opaque, self._blended)
+
+    def _boxes_in_view(self, visible: NDArray[np.bool_], clip_from_world: Mat4) -> Boxes:
+        """The visible faces' boxes, cut down to the box of the camera's frustum."""
+        faces = self._scene.mesh.faces[visible]
+        cube = spaces.box_corners(spaces.vec3([-1, -1, -1]), spaces.vec3([1, 1, 1]))
+        corners = np.linalg.solve(clip_from_world, np.c_[cube, np.ones(8)].T).T
+        corners = (corners[:, :3] / corners[:, 3:]).astype(np.float32)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        return Boxes(np.clip(faces["mins"], low, high), np.clip(faces["maxs"], low, high))
 
     def _visible_faces(self, frame: FrameInput, clip_from_world: Mat4) -> NDArray[np.bool_]:
         faces = self._scene.mesh.faces
@@ -161,7 +174,8 @@ class FramePipeline:
             lighting.direction_from_clip(clip_from_view, frame.camera.view_from_world)
         )
         block["shadow_from_world"][: len(shadow_from_world)] = shadow_from_world
-        lighting.write_lights(block, frame.lights, self._scene.metres_per_unit)
+        offsets = [tile.texel * frame.settings.shadow_normal_offset for tile in self.shadow.tiles]
+        lighting.write_lights(block, frame.lights, self._scene.metres_per_unit, offsets)
         lighting.write_environment(block, self._scene, frame.settings)
         self._gpu_scene.frame_block.write(block.tobytes())
         self._gpu_scene.frame_block.bind_to_uniform_block(0)

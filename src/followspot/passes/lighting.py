@@ -37,9 +37,20 @@ def shadowed(lights: tuple[Light, ...], settings: Settings) -> tuple[SpotLight, 
 
 
 def write_lights(
-    block: NDArray[np.void], lights: tuple[Light, ...], metres_per_unit: float
+    block: NDArray[np.void],
+    lights: tuple[Light, ...],
+    metres_per_unit: float,
+    normal_offsets: list[float],
 ) -> None:
-    """Fill in a frame block's lights. Distances in the shader are units, intensities per m^2."""
+    """Fill in a frame block's lights. Distances in the shader are units, intensities per m^2.
+
+    Args:
+        block: One of `blocks.FRAME`.
+        lights: In the order of `in_order`.
+        metres_per_unit: Length of a unit.
+        normal_offsets: For each light with a shadow map, units per unit of distance.
+    """
+    block["light_position"][: len(normal_offsets), 3] = normal_offsets
     for k, light in enumerate(lights):
         block["light_position"][k, :3] = light.position
         block["light_intensity"][k, :3] = light.intensity / metres_per_unit**2

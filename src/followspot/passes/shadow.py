@@ -1,10 +1,8 @@
 """The shadow pass: depth from every shadow-casting light into its tile of one atlas.
 
-The map of a light is kept until the light, what it can hit, or a setting changes; a camera
-that moves changes nothing here.
+The map of a light is kept until the light, the window that it covers, or a setting changes. The
+window stays the same while the camera moves a little.
 """
-
-from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -13,52 +11,16 @@ from numpy.typing import NDArray
 from followspot import spaces
 from followspot.gpu import blocks, program
 from followspot.gpu.gpu_scene import GpuScene
-from followspot.passes import drawlist
+from followspot.passes import drawlist, shadow_fit
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector
+from followspot.passes.shadow_fit import Boxes, ShadowFrustum
 from followspot.scene.light import SpotLight
 from followspot.scene.mesh import Mesh
 from followspot.scene.settings import CullFace, Settings
-from followspot.spaces import Mat4, Vec3
+from followspot.spaces import Mat4
 
-_NEAREST_SHARE = 1 / 1000
-"""Smallest near plane as a share of the far one: 24 bits resolve 1/16000 of a distance there."""
-
-
-@dataclass(frozen=True, eq=False)
-class ShadowFrustum:
-    """The pyramid that one light's map covers.
-
-    Attributes:
-        view_from_world: World to the light's view space, which looks down -Z.
-        clip_from_world: World to the light's clip space.
-        near: Distance of the near plane along the axis, in units.
-        far: Distance of the far plane along the axis, in units.
-    """
-
-    view_from_world: Mat4
-    clip_from_world: Mat4
-    near: float
-    far: float
-
-    @classmethod
-    def fit(cls, light: SpotLight, mins: Vec3, maxs: Vec3, size: int) -> "ShadowFrustum":
-        """The cone's pyramid, its planes fitted to a box of world units.
-
-        Args:
-            light: Its half-angle is widened by one texel of `size`, for the filter at the rim.
-            mins: (3,) of everything that may cast or receive.
-            maxs: (3,) likewise.
-            size: Texels along an edge of the map.
-        """
-        yaw, pitch = spaces.angles_from_forward(light.direction)
-        view = spaces.view_from_world(light.position, yaw, pitch)
-        along = (spaces.box_corners(mins, maxs) - light.position) @ light.direction
-        far = max(float(along.max()), 1.0) * 1.001
-        near = max(float(along.min()) * 0.999, far * _NEAREST_SHARE)
-        half = np.arctan(np.tan(light.half_angle) * (1 + 4 / size))
-        angle = float(np.degrees(2 * half))
-        return cls(view, spaces.clip_from_view(angle, angle, near, far) @ view, near, far)
+_DEPTH_CLAMP = 0x864F
 
 
 class ShadowPass:
@@ -100,6 +62,8 @@ class ShadowPass:
             np.int32,
         )
         self._drawn: object = None
+        self._fitted: tuple[tuple[SpotLight, ...], int, Boxes | None] = ((), 0, None)
+        self._casters: dict[ShadowFrustum, DrawList] = {}
         self.atlas: moderngl.Texture | None = None
         self._target: moderngl.Framebuffer
         self.tiles: tuple[ShadowFrustum, ...] = ()
@@ -124,40 +88,65 @@ class ShadowPass:
         self._target = self._context.framebuffer(depth_attachment=self.atlas)
         self._drawn = None
 
-    def draw(self, lights: tuple[SpotLight, ...], settings: Settings) -> NDArray[np.float32]:
+    def draw(
+        self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Boxes | None
+    ) -> NDArray[np.float32]:
         """Bring the atlas up to date.
 
         Args:
             lights: Those with a shadow map, at most as many as reserved.
             settings: Of them the shadow settings are read.
+            receivers: Boxes of what the camera sees, the same object while they are the same;
+                none covers the lights' whole cones.
 
         Returns:
             (lights, 4, 4) ``shadow_from_world`` into the atlas, column-major.
         """
         if not lights:
-            self.redrawn = False
+            self.redrawn, self.tiles = False, ()
             return np.empty((0, 4, 4), np.float32)
-        wanted = (
-            lights,
-            settings.shadow_map_size,
-            settings.shadow_cull,
-            settings.shadow_slope_bias,
-        )
+        self._fit(lights, settings.shadow_map_size, receivers if settings.shadow_fit else None)
+        wanted = (self.tiles, settings.shadow_cull, settings.shadow_slope_bias)
         self.redrawn = settings.redraw_shadows or wanted != self._drawn
         if self.redrawn:
-            self._redraw(lights, settings)
+            self._redraw(settings)
             self._drawn = wanted
         return np.array(
             [
-                blocks.columns(self._shadow_from_world(k, tile, light, settings.shadow_bias))
-                for k, (tile, light) in enumerate(zip(self.tiles, lights, strict=True))
+                blocks.columns(self._shadow_from_world(number, light, settings.shadow_bias))
+                for number, light in enumerate(lights)
             ],
             np.float32,
         )
 
-    def _shadow_from_world(
-        self, number: int, tile: ShadowFrustum, light: SpotLight, bias: float
-    ) -> Mat4:
+    def _fit(self, lights: tuple[SpotLight, ...], size: int, receivers: Boxes | None) -> None:
+        """Fit the tiles' frusta, keeping each that comes out as it was, with its casters."""
+        wanted = (lights, size, receivers)
+        if wanted == self._fitted:
+            return
+        same_size = self._fitted[1] == size
+        before = dict(zip(self._fitted[0], self.tiles, strict=False)) if same_size else {}
+        mesh = self._gpu_scene.scene.mesh
+        everything = Boxes(mesh.faces["mins"], mesh.faces["maxs"])
+        tiles, casters = [], []
+        for light in lights:
+            tile = shadow_fit.fit(light, everything, receivers, size)
+            kept = before.get(light)
+            if kept is not None and kept.window == tile.window:
+                tile = kept
+            tiles.append(tile)
+            casters.append(self._casters.get(tile) or self._find_casters(mesh, tile))
+        self.tiles, self._casters = tuple(tiles), dict(zip(tiles, casters, strict=True))
+        self._fitted = wanted
+
+    def _find_casters(self, mesh: Mesh, tile: ShadowFrustum) -> DrawList:
+        """All that the light can see, wherever the camera is."""
+        planes = drawlist.frustum_planes(tile.clip_from_world)
+        inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
+        casts = self._casts[mesh.faces["material"]]
+        return drawlist.in_material_order(mesh, inside & casts, self._key)
+
+    def _shadow_from_world(self, number: int, light: SpotLight, bias: float) -> Mat4:
         """World to tile `number`; receivers move `bias` units towards the light on the way.
 
         As a translation along the light's axis the bias stays linear, so the whole product can
@@ -167,16 +156,16 @@ class ShadowPass:
         towards_light[:3, 3] = -light.direction * bias
         place = np.eye(4)
         place[0, 0], place[0, 3] = 1 / len(self.tiles), number / len(self.tiles)
-        return place @ spaces.SHADOW_FROM_CLIP @ tile.clip_from_world @ towards_light
+        clip_from_world = self.tiles[number].clip_from_world
+        return place @ spaces.SHADOW_FROM_CLIP @ clip_from_world @ towards_light
 
-    def _redraw(self, lights: tuple[SpotLight, ...], settings: Settings) -> None:
-        context, scene, size = self._context, self._gpu_scene.scene, settings.shadow_map_size
-        mins, maxs = (np.asarray(b, np.float64) for b in scene.mesh.bounds)
-        self.tiles = tuple(ShadowFrustum.fit(light, mins, maxs, size) for light in lights)
+    def _redraw(self, settings: Settings) -> None:
+        context, size = self._context, settings.shadow_map_size
         self.triangle_count = self.draw_count = 0
         self._target.use()
         self._target.clear()
         context.enable_only(moderngl.DEPTH_TEST)
+        context.enable_direct(_DEPTH_CLAMP)  # what is nearer than the near plane casts all the same
         context.depth_func = "<"
         context.polygon_offset = settings.shadow_slope_bias, 0.0
         for number, tile in enumerate(self.tiles):
@@ -184,15 +173,9 @@ class ShadowPass:
             matrix = blocks.columns(tile.clip_from_world)
             program.uniform(self._solid, "clip_from_world").write(matrix)
             program.uniform(self._cut_out, "clip_from_world").write(matrix)
-            self._draw_casters(self._casters(scene.mesh, tile), settings.shadow_cull)
+            self._draw_casters(self._casters[tile], settings.shadow_cull)
         context.polygon_offset = 0.0, 0.0
-
-    def _casters(self, mesh: Mesh, tile: ShadowFrustum) -> DrawList:
-        """All that the light can see, wherever the camera is."""
-        planes = drawlist.frustum_planes(tile.clip_from_world)
-        inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
-        casts = self._casts[mesh.faces["material"]]
-        return drawlist.in_material_order(mesh, inside & casts, self._key)
+        context.disable_direct(_DEPTH_CLAMP)
 
     def _draw_casters(self, casters: DrawList, cull: CullFace) -> None:
         self._indices.write(casters.indices)

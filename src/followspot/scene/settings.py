@@ -31,8 +31,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         environment_mip: MIP level of the six-direction sum; none is the level of one texel.
         emission: Radiance in W/(m^2 sr) of a self-lit texel of value 1 (flames, beams).
         shadow_map_size: Texels along an edge of a light's shadow map.
+        shadow_fit: Spends the map on what the camera sees instead of the light's whole cone.
         shadow_cull: Faces left out of the shadow map.
         shadow_bias: Units that a receiver is moved towards the light before the comparison.
+        shadow_normal_offset: Texels that a receiver is moved along its normal, likewise.
         shadow_slope_bias: Depth slopes per texel added to casters (glPolygonOffset's factor).
         redraw_shadows: Draws every shadow map in every frame, to measure what that costs.
         culling: Leaves out what the camera cannot see; off is for comparisons.
@@ -46,8 +48,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     environment_mip: NonNegative | None = None
     emission: NonNegative = 1.0
     shadow_map_size: Annotated[int, Meta(ge=16, le=8192)] = 1024
+    shadow_fit: bool = True
     shadow_cull: CullFace = CullFace.FRONT
     shadow_bias: float = 0.25
+    shadow_normal_offset: float = 0.7
     shadow_slope_bias: float = 0.0
     redraw_shadows: bool = False
     culling: bool = True

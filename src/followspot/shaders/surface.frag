@@ -35,6 +35,16 @@ vec3 direct_irradiance(vec3 n) {
     return e;
 }
 
+// 1 where the key light arrives: inside its cone, on a side that faces it, behind nothing.
+float key_light_visibility(vec3 n) {
+#if LIGHTS > 0
+    vec3 e = irradiance_from_light(0, world_position, n);
+    return max(e.r, max(e.g, e.b)) > 0.0 ? visibility(0) : 0.0;
+#else
+    return 0.0;
+#endif
+}
+
 void main() {
 #if defined(ALPHA_TEST) || !defined(CONSTANT_ALBEDO)
     vec4 texel = texture(base_image, texcoord);
@@ -70,7 +80,7 @@ void main() {
 #elif VIEW == VIEW_ENVIRONMENT
     value.rgb = rho * environment_radiance(n);
 #elif VIEW == VIEW_SHADOW
-    value.rgb = vec3(visibility(0));
+    value.rgb = vec3(key_light_visibility(n));
 #elif VIEW == VIEW_DEPTH
     value.rgb = vec3(1.0 / gl_FragCoord.w);  // clip w is the distance along the view axis
 #endif

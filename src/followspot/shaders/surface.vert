@@ -22,7 +22,16 @@ void main() {
     world_normal = mat3(world_from_object) * in_normal;  // rotations and even scales only
     texcoord = in_texcoord;
 #if SHADOWS > 0
-    for (int i = 0; i < SHADOWS; ++i) shadow_position[i] = shadow_from_world[i] * world;
+    for (int i = 0; i < SHADOWS; ++i) {
+        vec3 n = world_normal;
+#ifdef SIDES_BOTH
+        if (dot(n, light_position[i].xyz - world_position) < 0.0) n = -n;
+#endif
+        // A texel's footprint grows with w, the distance along the light's axis (Holbert 2011,
+        // "Normal offset shadows"): the receiver moves off its surface by a part of it.
+        vec4 s = shadow_from_world[i] * world;
+        shadow_position[i] = s + shadow_from_world[i] * vec4(n * (light_position[i].w * s.w), 0.0);
+    }
 #endif
     gl_Position = clip_from_world * world;
 }

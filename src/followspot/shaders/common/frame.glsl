@@ -6,7 +6,8 @@ layout(std140) uniform Frame {
     mat4 clip_from_world;
     mat4 direction_from_clip;
     mat4 shadow_from_world[MAX_SHADOWS];  // world units to [0,1]^3 of the shadow atlas
-    vec4 light_position[MAX_LIGHTS];      // world units
+    vec4 light_position[MAX_LIGHTS];      // world units; w: units per unit of distance that a
+                                          // receiver is moved along its normal for the shadow map
     vec4 light_direction[MAX_LIGHTS];     // unit, away from the light; w: cosine of the rim
     vec4 light_intensity[MAX_LIGHTS];     // W/sr, per square metre in a square unit; w: cosine of
                                           // the angle up to which the intensity is full
