@@ -6,16 +6,8 @@ row, both from 0 to 1 over a piece. A *strip* is one column or one row of a patc
 pieces of a strip are all cut into equally many segments across it, so that the vertices of a patch
 form a plain grid.
 
-How finely: let A and B be a piece's largest second differences |p0 - 2 p1 + p2| along u and along
-v, and T its largest twist |p00 - p01 - p10 + p11| over four neighbouring control points. In a grid
-of n by m cells of two triangles each, the point of the surface at (u, v) and the triangles' point
-at the same (u, v) are never farther apart than
-
-    A / (4 n^2)  +  T / (n m)  +  B / (4 m^2)                                            (1)
-
-which is the bound of D. Filip, R. Magedson and R. Markot, "Surface algorithms using bounds on
-derivatives", Computer Aided Geometric Design 3 (1986), with a biquadratic's derivatives put in.
-Flat pieces, three in ten of real levels', need less: see `_outline_segments`.
+How finely a piece has to be cut for an error bound is the matter of `patch_segments`. This module
+makes neighbours agree on it, and places vertices and triangles.
 
 Cracks: borders with equal control points, read in either direction, are cut alike wherever they
 occur, and computed alike to the last bit. Those that are equal but for a compiler's rounding are
@@ -30,16 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot.errors import UsageError
+from followspot.scene import patch_segments
 from followspot.scene.mesh import VERTEX
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
-FLAT_THICKNESS = 1 / 8
-"""Part of the tolerance up to which a piece's control points may leave a plane."""
-FOLD_SLACK = 1e-5
-"""Part of a flat piece's largest area element by which rounding may turn another one over."""
 SAME_PLACE = 1 / 16
 """Units: control points in one cell of this size count as one when borders are compared. Level
 compilers leave up to 0.001 between neighbours. The cells are centred on the points of editors'
@@ -100,8 +88,8 @@ def tessellate(
         raise UsageError(f"a patch's pieces have at least 1 segment, found {max_segments}")
     pieces = _find_pieces(first_control, size)
     points = control["position"][pieces.control].astype(np.float64)
-    needed = np.clip(np.ceil(_segments(points, tolerance)), 1, max_segments)
-    segments = _cut_alike(points, pieces.strips, needed.astype(np.int64))
+    needed = patch_segments.needed(points, tolerance, max_segments)
+    segments = _cut_alike(points, pieces.strips, needed)
 
     # How many segments lie before a strip gives the strip's place in the grid of vertices.
     before = np.append(0, np.cumsum(segments))
@@ -168,87 +156,6 @@ def _runs(counts: Ints) -> tuple[Ints, Ints]:
     """Return every member's run, and its number within that run, over all runs."""
     run = np.repeat(np.arange(len(counts)), counts)
     return run, np.arange(len(run)) - _starts(counts)[run]
-
-
-def _segments(points: Floats, tolerance: float) -> Floats:
-    """Segments, before rounding up, that pieces need for themselves.
-
-    Args:
-        points: (m, 3, 3, 3) control points by row and column, in units.
-        tolerance: In units.
-
-    Returns:
-        (m, 2) along u and along v.
-    """
-    thickness, folded = _fit_plane(points)
-    flat = (thickness <= FLAT_THICKNESS * tolerance) & ~folded
-    # What the plane leaves of the tolerance is for the outline within it.
-    left = np.where(flat, tolerance - thickness, tolerance)
-    return np.where(flat[:, None], _outline_segments(points, left), _inner_segments(points, left))
-
-
-def _inner_segments(points: Floats, tolerance: Floats) -> Floats:
-    """(m, 2) segments along u and v by which pieces keep to bound (1).
-
-    With the mean of squares above the product, T / (n m) is at most T / 2 (1 / n^2 + 1 / m^2), so
-    that a^2 / n^2 + b^2 / m^2 bounds (1), where a^2 = A / 4 + T / 2 and b^2 = B / 4 + T / 2. With
-    n^2 = a (a + b) / tolerance and m^2 = b (a + b) / tolerance the sum is just the tolerance, and a
-    piece that is straight in one direction spends nothing there.
-    """
-    along_u = _length(points[:, :, 0] - 2 * points[:, :, 1] + points[:, :, 2]).max(axis=1)
-    along_v = _length(points[:, 0] - 2 * points[:, 1] + points[:, 2]).max(axis=1)
-    twist = _length(np.diff(np.diff(points, axis=1), axis=2)).max(axis=(1, 2))
-    needs = np.sqrt(np.stack([along_u, along_v], axis=1) / 4 + twist[:, None] / 2)
-    total = needs.sum(axis=1, keepdims=True)
-    segments: Floats = np.sqrt(needs * total / tolerance[:, None])
-    return segments
-
-
-def _outline_segments(points: Floats, tolerance: Floats) -> Floats:
-    """(m, 2) segments along u and v by which flat pieces keep to their outline.
-
-    If the four borders stay within the tolerance, so does the area they enclose, wherever the
-    cuts within it lie: a point that the triangles fail to cover has been swept over by the border
-    on its way from the curve to the chords.
-    """
-    needs = []
-    for borders in (points[:, ::2], points[:, :, ::2].swapaxes(1, 2)):  # along u, along v
-        start, middle, end = borders[:, :, 0], borders[:, :, 1], borders[:, :, 2]
-        chord = end - start
-        length2 = np.sum(chord * chord, axis=-1)
-        reach = np.sum((middle - start) * chord, axis=-1) / np.where(length2 > 0, length2, 1)
-        nearest = start + np.clip(reach, 0, 1)[..., None] * chord
-        # A curve leaves its chord by half of what its middle control point does. One that does
-        # not needs no cuts, at whatever pace it runs along.
-        straight = _length(middle - nearest) / 2 <= tolerance[:, None]
-        bend = np.where(straight, 0, _length(start - 2 * middle + end))
-        needs.append(np.sqrt(bend.max(axis=1) / (4 * tolerance)))
-    return np.stack(needs, axis=1)
-
-
-def _fit_plane(points: Floats) -> tuple[Floats, Bools]:
-    """Find the planes that lie closest to pieces.
-
-    Returns:
-        thickness: (m,) in units, between the planes that are parallel to it and enclose the piece.
-        folded: (m,) whether a piece may turn over, seen at right angles to the plane, or has no
-            area, so that the outline does not tell where it lies.
-    """
-    offsets = (points - points.mean(axis=(1, 2), keepdims=True)).reshape(-1, 9, 3)
-    axes = np.linalg.eigh(offsets.swapaxes(1, 2) @ offsets).eigenvectors
-    normal = axes[:, :, :1]  # (m, 3, 1), of the least spread
-    thickness = np.ptp(offsets @ normal, axis=(1, 2))
-    along_u = np.diff(points, axis=2).reshape(-1, 6, 3)
-    along_v = np.diff(points, axis=1).reshape(-1, 6, 3)
-    # The area element is a sum of these 36 products with positive weights.
-    turns = np.cross(normal.swapaxes(1, 2), along_u) @ along_v.swapaxes(1, 2)
-    up, down = np.maximum(turns, 0).max(axis=(1, 2)), np.maximum(-turns, 0).max(axis=(1, 2))
-    return thickness, np.minimum(up, down) >= FOLD_SLACK * np.maximum(up, down)
-
-
-def _length(vectors: Floats) -> Floats:
-    length: Floats = np.sqrt(np.sum(vectors * vectors, axis=-1))
-    return length
 
 
 def _cut_alike(points: Floats, strips: Ints, needed: Ints) -> Ints:
@@ -369,11 +276,11 @@ def _front(positions: NDArray[np.float32], triangles: NDArray[np.uint32]) -> Flo
 def _make_unit(vertices: NDArray[np.void], triangles: NDArray[np.uint32]) -> None:
     """Make normals unit in place; where they vanish, take the triangles' mean, or else up."""
     normals = vertices["normal"].astype(np.float64)
-    lacking = _length(normals) < SHORTEST_NORMAL
+    lacking = np.linalg.norm(normals, axis=1) < SHORTEST_NORMAL
     if lacking.any():
         around = triangles[lacking[triangles].any(axis=1)]
         sums = np.zeros_like(normals)
         np.add.at(sums, around, _front(vertices["position"], around)[:, None])
         normals[lacking] = sums[lacking]
         normals[~normals.any(axis=1)] = (0, 0, 1)
-    vertices["normal"] = normals / _length(normals)[:, None]
+    vertices["normal"] = normals / np.linalg.norm(normals, axis=1, keepdims=True)

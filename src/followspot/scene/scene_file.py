@@ -52,8 +52,11 @@ class PointEntry(_Entry, tag="point", frozen=True, kw_only=True):
     """A light without direction."""
 
     position: Number3
-    power: Power | tuple[Power, Power, Power]
+    power: float | list[float]
     name: str = ""
+
+    def __post_init__(self) -> None:
+        _per_channel(self.power)
 
     def light(self) -> Light:
         """The light itself."""
@@ -64,7 +67,7 @@ class SpotEntry(_Entry, tag="spot", frozen=True, kw_only=True):
     """A light with a cone; exactly one of `direction` and `target` is given."""
 
     position: Number3
-    power: Power | tuple[Power, Power, Power]
+    power: float | list[float]
     half_angle_degrees: Annotated[float, Meta(gt=0, lt=90)]
     direction: Number3 | None = None
     target: Number3 | None = None
@@ -75,6 +78,7 @@ class SpotEntry(_Entry, tag="spot", frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         if (self.direction is None) == (self.target is None):
             raise ValueError("Expected one of `direction` and `target`, got both or neither")
+        _per_channel(self.power)
         if not np.any(self._axis()):
             raise ValueError("Expected a direction, got one of no length")
 
@@ -187,5 +191,9 @@ def _finite(value: object, source: str, key: str) -> object:
     return value
 
 
-def _per_channel(power: float | Number3) -> Vec3:
-    return spaces.vec3(power if isinstance(power, tuple) else (power, power, power))
+def _per_channel(power: float | list[float]) -> Vec3:
+    """Watts per RGB channel from one number or three; a ValueError tells what is wrong."""
+    channels = power if isinstance(power, list) else [power] * 3
+    if len(channels) != 3 or min(channels) < 0:
+        raise ValueError("Expected `power` of one or three numbers of 0 or more, got others")
+    return spaces.vec3(channels)
