@@ -230,6 +230,42 @@ def doctor() -> None:
     raise typer.Exit(examination.print_report())
 
 
+@app.command()
+def validate(
+    scene: SceneArgument,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="DIR", help="Gets the pictures and figures.json."),
+    ],
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: SizeOption = "320x240",
+    light: LightOption = None,
+    albedo: AlbedoOption = 0.5,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+) -> None:
+    r"""Compare radiance and shadows with the ray tracer Mitsuba 3 (extra: validate).
+
+    \b
+    followspot validate courtyard -o out/validate
+    followspot validate oa_dm5 --set shadow_cull=back -o out/validate
+    """
+    from followspot.present import validate as validation
+    from followspot.present.still import Wish
+
+    wish = Wish(
+        camera=camera,
+        fov=fov,
+        size=size,
+        lights=light or (),
+        albedo=albedo,
+        assets=assets or (),
+        settings=set_ or (),
+    )
+    validation.run(scene, output, wish)
+
+
 def main() -> None:
     """Run the command line; what a user caused is one line on stderr and exit code 2."""
     try:

@@ -174,7 +174,8 @@ class FramePipeline:
             lighting.direction_from_clip(clip_from_view, frame.camera.view_from_world)
         )
         block["shadow_from_world"][: len(shadow_from_world)] = shadow_from_world
-        offsets = [tile.texel * frame.settings.shadow_normal_offset for tile in self.shadow.tiles]
+        tiles = self.shadow.tiles[: len(frame.shadowed)]
+        offsets = [tile.texel * frame.settings.shadow_normal_offset for tile in tiles]
         lighting.write_lights(block, frame.lights, self._scene.metres_per_unit, offsets)
         lighting.write_environment(block, self._scene, frame.settings)
         self._gpu_scene.frame_block.write(block.tobytes())

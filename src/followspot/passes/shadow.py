@@ -103,7 +103,7 @@ class ShadowPass:
             (lights, 4, 4) ``shadow_from_world`` into the atlas, column-major.
         """
         if not lights:
-            self.redrawn, self.tiles = False, ()
+            self.redrawn = False
             return np.empty((0, 4, 4), np.float32)
         self._fit(lights, settings.shadow_map_size, receivers if settings.shadow_fit else None)
         wanted = (self.tiles, settings.shadow_cull, settings.shadow_slope_bias)

@@ -14,7 +14,7 @@ class Camera:
     """A pinhole camera in the game's own terms.
 
     Attributes:
-        position: (3,) eye in world space, Quake units.
+        position: (3,) eye in world space, Quake units; any three numbers are taken.
         yaw: Degrees, counter-clockwise from +X, as the game's ``viewpos`` prints it.
         pitch: Degrees, positive looks down.
         fov: Horizontal angle of view in degrees.
@@ -27,6 +27,9 @@ class Camera:
     fov: float = 90.0
     near: float = 4.0
     name: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", spaces.vec3(self.position))
 
     @property
     def forward(self) -> Vec3:

@@ -9,6 +9,7 @@ Rendering, 4th ed., 4.1 (radiometry) and 12.1-12.2 (point and spot lights).
 import math
 from dataclasses import dataclass
 
+from followspot import spaces
 from followspot.spaces import Vec3
 
 
@@ -19,11 +20,17 @@ class PointLight:
     Attributes:
         position: (3,) world space, Quake units.
         power: (3,) radiant power per RGB channel in W, over the whole sphere.
+
+    Any three numbers are taken for either.
     """
 
     position: Vec3
     power: Vec3
     name: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", spaces.vec3(self.position))
+        object.__setattr__(self, "power", spaces.vec3(self.power))
 
     @property
     def intensity(self) -> Vec3:
@@ -43,6 +50,8 @@ class SpotLight:
         softness: Share in [0, 1] of the half-angle over which the rim fades to nothing; 0 is
             a hard rim.
         casts_shadow: Whether the light has a shadow map.
+
+    Any three numbers are taken for the vectors; the direction is normalised.
     """
 
     position: Vec3
@@ -52,6 +61,11 @@ class SpotLight:
     softness: float = 0.0
     casts_shadow: bool = True
     name: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", spaces.vec3(self.position))
+        object.__setattr__(self, "direction", spaces.normalised(spaces.vec3(self.direction)))
+        object.__setattr__(self, "power", spaces.vec3(self.power))
 
     @property
     def cos_rim(self) -> float:

@@ -5,9 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from followspot.assets import image
-from followspot.assets.archive import Archive, locate_level, search_path
+from followspot.assets.archive import Archive
 from followspot.assets.bsp import BspFile, read_bsp
 from followspot.assets.image import Image
+from followspot.assets.locate import locate_level, search_path
 from followspot.assets.shader_parser import load_scripts
 from followspot.assets.shader_script import ShaderScript, lookup_name
 from followspot.errors import AssetError

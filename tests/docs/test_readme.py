@@ -1,0 +1,70 @@
+"""What the README says, done."""
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from followspot.cli import app
+from followspot.present.arguments import parse_camera, parse_light, parse_size
+from followspot.scene.load import load
+from followspot.scene.scene_file import parse
+from followspot.scene.settings import Settings
+
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.gl
+def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    (example,) = blocks("python")
+    assert len(example.strip().splitlines()) <= 12
+    names: dict[str, object] = {}
+    exec(compile(example, "README.md", "exec"), names)
+    mean, nearest = map(float, capsys.readouterr().out.split())
+    assert 30 < mean < 230
+    assert nearest > 4  # the near plane
+
+
+def test_the_scene_file_example_is_valid() -> None:
+    (example,) = blocks("toml")
+    scene = parse(example, "README.md")
+    assert scene.level == "oa_dm5"
+    assert list(scene.cameras) == ["stairs"]
+    assert len(scene.lights) == 1
+
+
+def test_the_table_of_settings_is_complete_and_has_the_defaults() -> None:
+    rows = dict(re.findall(r"^\| `(\w+)` \| (\S+) \|", README, re.MULTILINE))
+    defaults = {name: getattr(Settings(), name) for name in Settings.__struct_fields__}
+    del defaults["shadows"], defaults["sky_light"], defaults["albedo"]  # have options of their own
+    shown = {
+        name: "auto" if value is None else str(getattr(value, "value", value)).lower()
+        for name, value in defaults.items()
+    }
+    assert set(rows) == set(shown)
+    for name, text in rows.items():
+        value = shown[name]
+        assert text == value or float(text) == float(value), name
+
+
+def test_the_lights_and_cameras_of_the_examples_parse() -> None:
+    scene = load("courtyard")
+    for text in re.findall(r"--camera ([-\d.,]+)", README):
+        parse_camera(text, None, scene)
+    lights = re.findall(r"--light ((?:spot|point):\S+)", README)
+    assert len(lights) == 2
+    for text in lights:
+        parse_light(text)
+    for text in re.findall(r"--size (\S+)", README):
+        parse_size(text)
+
+
+def test_every_command_that_is_named_exists() -> None:
+    listed = CliRunner().invoke(app, ["--help"]).output
+    for command in set(re.findall(r"`?followspot (\w+)", README)):
+        assert re.search(rf"\b{command}\b", listed), command
