@@ -25,6 +25,7 @@ FRAME = np.dtype(
         ("light_intensity", "<f4", (MAX_LIGHTS, 4)),  # W/sr per m^2 in a unit^2; w: cos_full
         ("environment", "<f4", (6, 4)),  # radiance from +X -X +Y -Y +Z -Z
         ("tint", "<f4", (4,)),  # rgb: constant albedo; w: radiance of self-lit texels
+        ("output_scale", "<f4", (4,)),  # x: exposure, where the output is displayed light
         ("sky_scale", "<f4", (4,)),  # x: radiance of a sky texel of value 1
     ]
 )

@@ -1,42 +1,50 @@
-"""What a frame is drawn into: linear radiance with depth, and the displayed picture."""
+"""What a frame is drawn into, and reading it back.
+
+There are two kinds. A *display* target is 8-bit sRGB: GL encodes what shaders write, and blends in
+linear light. It is the fast one: no float picture is written and read again to be encoded. A
+*linear* target holds float32, for the numbers themselves.
+"""
+
+from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+_SRGB8_ALPHA8 = 0x8C43
 
-class Targets:
-    """The two framebuffers of one picture size.
+
+class Target:
+    """A picture of one size with a depth buffer of 24 bits.
 
     Attributes:
         size: (width, height) in pixels.
-        radiance: RGBA float texture: W/(m^2 sr), or the values of a stage's view. Half floats
-            for display, full floats where the numbers themselves are wanted.
-        linear: Framebuffer of `radiance` with a 24-bit depth buffer.
-        display: Framebuffer of RGBA8, sRGB-encoded by the tonemap pass.
+        is_linear: Whether it holds float32 values instead of displayed ones.
+        framebuffer: To draw into.
     """
 
-    def __init__(self, context: moderngl.Context, size: tuple[int, int], *, full: bool) -> None:
+    def __init__(
+        self, context: moderngl.Context, size: tuple[int, int], *, is_linear: bool
+    ) -> None:
         self.size = size
-        self.full = full
-        self.radiance = context.texture(size, 4, dtype="f4" if full else "f2")
-        self.radiance.filter = moderngl.NEAREST, moderngl.NEAREST
+        self.is_linear = is_linear
+        if is_linear:
+            self._picture = context.texture(size, 4, dtype="f4")
+        else:
+            self._picture = context.texture(size, 4, internal_format=_SRGB8_ALPHA8)
         self._depth = context.depth_renderbuffer(size)
-        self._picture = context.renderbuffer(size, 4)
-        self.linear = context.framebuffer([self.radiance], self._depth)
-        self.display = context.framebuffer([self._picture])
+        self.framebuffer = context.framebuffer([self._picture], self._depth)
 
-    def read_linear(self) -> NDArray[np.float32]:
-        """(h, w, 3) float32 of `radiance`, top row first; needs full floats for full precision."""
-        data = self.linear.read(components=3, dtype="f4", alignment=1)
-        return np.frombuffer(data, "<f4").reshape(*self.size[::-1], 3)[::-1].copy()
+    def read(self, components: int = 3) -> NDArray[Any]:
+        """(h, w, components) float32 or uint8, top row first.
 
-    def read_display(self) -> NDArray[np.uint8]:
-        """(h, w, 3) uint8 of `display`, top row first."""
-        data = self.display.read(components=3, alignment=1)
-        return np.frombuffer(data, np.uint8).reshape(*self.size[::-1], 3)[::-1].copy()
+        The fourth component is 1 where the picture shows a surface and 0 where it shows the sky.
+        """
+        gl_type, dtype = ("f4", "<f4") if self.is_linear else ("f1", "u1")
+        data = self.framebuffer.read(components=components, dtype=gl_type, alignment=1)
+        return np.frombuffer(data, dtype).reshape(*self.size[::-1], components)[::-1].copy()
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for thing in (self.linear, self.display, self.radiance, self._depth, self._picture):
+        for thing in (self.framebuffer, self._picture, self._depth):
             thing.release()

@@ -1,7 +1,6 @@
 """Which faces to draw, in which order: culling and sorting, pure NumPy.
 
-Faces are kept sorted by material, and materials by GL state (`Material.group`), so that what
-is left after culling is drawn as one run of indices a material, with few changes of state.
+What is left after culling is drawn as one run of indices a material, near materials first.
 """
 
 from dataclasses import dataclass
@@ -67,18 +66,45 @@ def boxes_in_frustum(
     return np.asarray(inside.all(axis=1))
 
 
-def in_material_order(mesh: Mesh, chosen: Mask, key: NDArray[np.int32] | None = None) -> DrawList:
-    """The chosen faces in the mesh's order, cut into one batch a material.
+def merged(mesh: Mesh, chosen: Mask, key: NDArray[np.int32]) -> DrawList:
+    """The chosen faces in the mesh's order, one batch a run of materials drawn alike.
 
     Args:
         mesh: Faces sorted by material.
         chosen: (faces,) which to draw.
-        key: (materials,) ascending material to draw each material as, where neighbours need not
-            be told apart (solid shadow casters); none tells all apart.
+        key: (materials,) material to draw each material as; ascending, so that those which need
+            not be told apart (solid shadow casters) are neighbours.
     """
     faces = mesh.faces[chosen]
-    material = faces["material"] if key is None else key[faces["material"]]
-    return _cut(mesh, faces, material)
+    return _cut(mesh, faces, key[faces["material"]])
+
+
+def front_to_back(mesh: Mesh, chosen: Mask, eye: Vec3, last: Mask) -> DrawList:
+    """The chosen faces, one batch a material, roughly near ones first: fewer pixels shaded twice.
+
+    Materials come by the median distance of their boxes from the eye, the faces of each by their
+    own.
+
+    Args:
+        mesh: What to draw from.
+        chosen: (faces,) which to draw.
+        eye: (3,) world position in units.
+        last: (materials,) those that come behind all others: cut-out ones, which cannot be
+            rejected before they are shaded.
+    """
+    faces = mesh.faces[chosen]
+    if not len(faces):
+        return NOTHING
+    material = faces["material"]
+    gap = np.maximum(faces["mins"] - eye, 0) + np.maximum(eye - faces["maxs"], 0)
+    distance = np.linalg.norm(gap, axis=1)
+    order = np.lexsort((distance, material))
+    starts = np.flatnonzero(np.diff(material[order], prepend=-1))
+    middle = (starts + np.append(starts[1:], len(order))) // 2
+    median = np.zeros(len(last))
+    median[material[order[starts]]] = distance[order[middle]]
+    order = np.lexsort((distance, material, median[material], last[material]))
+    return _cut(mesh, faces[order], material[order])
 
 
 def back_to_front(mesh: Mesh, chosen: Mask, eye: Vec3) -> DrawList:

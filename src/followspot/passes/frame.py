@@ -10,18 +10,23 @@ from numpy.typing import NDArray
 from followspot import spaces
 from followspot.gpu import blocks
 from followspot.gpu.gpu_scene import GpuScene
-from followspot.gpu.targets import Targets
+from followspot.gpu.targets import Target
 from followspot.passes import drawlist, lighting
 from followspot.passes.drawlist import NOTHING
-from followspot.passes.fullscreen import SkyPass, TonemapPass
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.shadow_fit import Boxes
+from followspot.passes.sky import SkyPass
 from followspot.passes.surfaces import SHADOW_ATLAS, SurfacePass
 from followspot.passes.view import View
 from followspot.scene.camera import Camera
 from followspot.scene.light import Light, SpotLight
 from followspot.scene.settings import Settings
 from followspot.spaces import Mat4
+
+_FRAMEBUFFER_SRGB = 0x8DB9
+_SORT_CELL = 256.0
+"""Units: opaque faces are sorted as seen from the middle of the cell that the eye is in, so that
+their order stays while the eye moves a little, and yet follows from where it is alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +77,12 @@ class FramePipeline:
         self.shadow = ShadowPass(context, gpu_scene)
         self._surfaces = SurfacePass(context, gpu_scene)
         self._sky = SkyPass(context, gpu_scene)
-        self._tonemap = TonemapPass(context)
+        self._is_cut_out = np.array([m.alpha_test is not None for m in self._scene.materials], bool)
         self._is_blended = np.array([m.blend is not None for m in self._scene.materials], bool)
         self._opaque, self._blended = NOTHING, NOTHING
         self._listed: object = None
-        self._visible: NDArray[np.bool_] | None = None
+        self._visible = np.zeros(0, bool)
+        self._sorted_in: object = None
         self._receivers: Boxes | None = None
 
     def prepare(self, frame: FrameInput) -> None:
@@ -86,34 +92,35 @@ class FramePipeline:
         albedo = frame.settings.albedo is not None
         self._surfaces.prepare(frame.view, len(frame.lights), shadows, constant_albedo=albedo)
 
-    def draw(self, frame: FrameInput, targets: Targets) -> FrameReport:
-        """Draw one frame into `targets`. `prepare` has been called for frames like it."""
+    def draw(self, frame: FrameInput, target: Target) -> FrameReport:
+        """Draw one frame into `target`. `prepare` has been called for frames like it."""
         start = time.perf_counter()
-        aspect = targets.size[0] / targets.size[1]
+        aspect = target.size[0] / target.size[1]
         far = frame.camera.far_for(*self._scene.mesh.bounds)
         clip_from_view = frame.camera.clip_from_view(aspect, far)
         clip_from_world = clip_from_view @ frame.camera.view_from_world
 
         self._update_draw_lists(frame, clip_from_world)
+        scale = 1.0 if target.is_linear else _display_scale(frame, far)
         shadow_from_world = self.shadow.draw(frame.shadowed, frame.settings, self._receivers)
-        self._write_block(frame, clip_from_world, clip_from_view, shadow_from_world)
+        self._write_block(frame, clip_from_world, clip_from_view, shadow_from_world, scale)
 
-        targets.linear.depth_mask = True
-        targets.linear.use()
+        target.framebuffer.depth_mask = True
+        target.framebuffer.use()
+        self._encode(frame.view.is_encoded and not target.is_linear)
         background = np.inf if frame.view is View.DEPTH else 0.0
-        targets.linear.clear(background, background, background, 0.0)
+        target.framebuffer.clear(background, background, background, 0.0)
         assert self.shadow.atlas is not None
         self.shadow.atlas.use(SHADOW_ATLAS)
         self._surfaces.draw_opaque(self._opaque)
-        targets.linear.depth_mask = False
+        target.framebuffer.depth_mask = False
         if frame.view is View.FINAL:
             self._sky.draw()
         self._surfaces.draw_blended(self._blended, self._opaque)
-        self._tonemap.draw(targets, frame.view, self._display_scale(frame, far))
 
         return FrameReport(
             submit_ms=(time.perf_counter() - start) * 1e3,
-            draws=len(self._opaque.batches) + len(self._blended.batches) + 2,
+            draws=len(self._opaque.batches) + len(self._blended.batches) + 1,
             triangles=self._opaque.triangle_count + self._blended.triangle_count,
             triangles_in_scene=self._scene.mesh.triangle_count,
             shadow_redrawn=self.shadow.redrawn,
@@ -132,12 +139,13 @@ class FramePipeline:
         self._receivers = self._boxes_in_view(visible, clip_from_world)
         is_blended = self._is_blended[self._scene.mesh.faces["material"]]
         opaque, blended = visible & ~is_blended, visible & is_blended & blended_too
-        if self._visible is None or not np.array_equal(opaque, self._visible):
-            self._visible = opaque
-            self._opaque = drawlist.in_material_order(self._scene.mesh, opaque)
+        eye = frame.camera.position
+        cell = np.floor(eye / _SORT_CELL).tolist()
+        if self._sorted_in != cell or not np.array_equal(opaque, self._visible):
+            self._visible, self._sorted_in = opaque, cell
+            self._opaque = drawlist.front_to_back(self._scene.mesh, opaque, eye, self._is_cut_out)
         elif not blended.any() and not self._blended.batches:
             return
-        eye = frame.camera.position
         self._blended = drawlist.back_to_front(self._scene.mesh, blended, eye)
         self._surfaces.upload(self._opaque, self._blended)
 
@@ -166,6 +174,7 @@ class FramePipeline:
         clip_from_world: Mat4,
         clip_from_view: Mat4,
         shadow_from_world: NDArray[np.float32],
+        scale: float,
     ) -> None:
         """One upload of everything that a whole frame shares."""
         block = np.zeros((), blocks.FRAME)
@@ -178,16 +187,22 @@ class FramePipeline:
         offsets = [tile.texel * frame.settings.shadow_normal_offset for tile in tiles]
         lighting.write_lights(block, frame.lights, self._scene.metres_per_unit, offsets)
         lighting.write_environment(block, self._scene, frame.settings)
+        block["output_scale"][0] = scale
         self._gpu_scene.frame_block.write(block.tobytes())
         self._gpu_scene.frame_block.bind_to_uniform_block(0)
 
-    def _display_scale(self, frame: FrameInput, far: float) -> float:
-        """What the tonemap multiplies by: exposure for light, the far plane's 1 for depth."""
-        if frame.view.is_light:
-            return frame.exposure
-        return 1 / far if frame.view is View.DEPTH else 1.0
+    def _encode(self, switch: bool) -> None:
+        """Whether GL turns what shaders write into sRGB."""
+        (self._context.enable_direct if switch else self._context.disable_direct)(_FRAMEBUFFER_SRGB)
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for each in (self.shadow, self._surfaces, self._sky, self._tonemap):
+        for each in (self.shadow, self._surfaces, self._sky):
             each.release()
+
+
+def _display_scale(frame: FrameInput, far: float) -> float:
+    """What values are multiplied by for display: exposure, or for depth 1 over the far plane."""
+    if frame.view.is_light:
+        return frame.exposure
+    return 1 / far if frame.view is View.DEPTH else 1.0

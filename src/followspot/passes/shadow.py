@@ -144,7 +144,7 @@ class ShadowPass:
         planes = drawlist.frustum_planes(tile.clip_from_world)
         inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
         casts = self._casts[mesh.faces["material"]]
-        return drawlist.in_material_order(mesh, inside & casts, self._key)
+        return drawlist.merged(mesh, inside & casts, self._key)
 
     def _shadow_from_world(self, number: int, light: SpotLight, bias: float) -> Mat4:
         """World to tile `number`; receivers move `bias` units towards the light on the way.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from followspot.errors import UsageError
 from followspot.gpu.context import create_context
 from followspot.gpu.gpu_scene import GpuScene
-from followspot.gpu.targets import Targets
+from followspot.gpu.targets import Target
 from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FramePipeline, FrameReport
 from followspot.passes.view import View
@@ -24,8 +24,10 @@ Pictures = dict[View, NDArray[Any]]
 _MIDDLE = 0.18
 _HIGHLIGHT = 0.65
 _BRIGHT_PERCENT = 95
-"""Linear display values that automatic exposure aims at: the geometric mean of the picture, and
-the luminance that so many percent of it stay below."""
+_SKY = 0.8
+_MAX_EXPOSURE = 1e6
+"""Linear display values that automatic exposure aims at: for the surfaces' geometric mean, for the
+luminance that so many percent of them stay below, and for the sky's median."""
 
 
 class Renderer:
@@ -50,7 +52,7 @@ class Renderer:
                 f"a size of {size[0]}x{size[1]} cannot be drawn; edges are 1 to {limit}"
             )
         self.size = size
-        self._targets: dict[bool, Targets] = {}
+        self._targets: dict[bool, Target] = {}
         self._gpu_scene: GpuScene | None = None
         self._pipeline: FramePipeline | None = None
 
@@ -115,17 +117,15 @@ class Renderer:
         if frame.view is View.SHADOW_MAP:
             return self._shadow_map(replace(frame, view=View.SHADOW), linear)
         self.draw(frame, linear)
-        targets = self._targets[linear]
-        if not linear:
-            return targets.read_display()
-        values = targets.read_linear()
-        return values[..., 0] if frame.view in (View.SHADOW, View.DEPTH) else values
+        values = self._targets[linear].read()
+        is_scalar = linear and frame.view in (View.SHADOW, View.DEPTH)
+        return values[..., 0] if is_scalar else values
 
     def draw(self, frame: FrameInput, linear: bool = False) -> FrameReport:
         """Draw one frame of the open scene without reading it back."""
         assert self._pipeline is not None, "open a scene first"
         if linear not in self._targets:
-            self._targets[linear] = Targets(self._context, self.size, full=linear)
+            self._targets[linear] = Target(self._context, self.size, is_linear=linear)
         self._pipeline.prepare(frame)
         return self._pipeline.draw(frame, self._targets[linear])
 
@@ -159,9 +159,9 @@ class Renderer:
     ) -> float:
         """The display value per radiance: the settings' own, or one that suits a view.
 
-        The automatic one brings the geometric mean of the luminances to `_MIDDLE` (the
+        The automatic one brings the geometric mean of the surfaces' luminances to `_MIDDLE` (the
         log-average of Reinhard et al., Photographic Tone Reproduction for Digital Images, 2002),
-        unless more than a few percent of the picture would burn out.
+        unless more than a few percent of them, or most of the sky, would burn out.
         """
         settings = scene.settings if settings is None else settings
         if settings.exposure is not None:
@@ -169,14 +169,18 @@ class Renderer:
         self.open(scene)
         frame = FrameInput(camera, lighting.in_order(scene.lights), settings, 1.0, view)
         self.draw(frame, linear=True)
-        values = self._targets[True].read_linear()
-        luminance = (values @ np.array([0.2126, 0.7152, 0.0722], np.float32)).ravel()
-        luminance = luminance[np.isfinite(luminance) & (luminance > 0)]
-        if not len(luminance):
-            return 1.0
-        bright = float(np.percentile(luminance, _BRIGHT_PERCENT))
-        typical = float(np.exp(np.log(luminance).mean()))
-        return min(_HIGHLIGHT / bright, _MIDDLE / typical)
+        values = self._targets[True].read(components=4).reshape(-1, 4)
+        luminance = values[:, :3] @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+        luminance = np.where(np.isfinite(luminance), luminance, 0)
+        is_surface = values[:, 3] > 0.5
+        surface, sky = luminance[is_surface & (luminance > 0)], luminance[~is_surface]
+        limits = [_MAX_EXPOSURE]
+        if len(surface):
+            limits.append(_MIDDLE / float(np.exp(np.log(surface).mean())))
+            limits.append(_HIGHLIGHT / float(np.percentile(surface, _BRIGHT_PERCENT)))
+        if len(sky) and np.median(sky) > 0:
+            limits.append(_SKY / float(np.median(sky)))
+        return min(limits)
 
     def has_shadow_map(self, scene: Scene, settings: Settings) -> bool:
         """Whether the scene's key light has a shadow map under these settings."""
@@ -185,8 +189,8 @@ class Renderer:
     def close(self) -> None:
         """Give back everything on the GPU."""
         self._drop_scene()
-        for targets in self._targets.values():
-            targets.release()
+        for target in self._targets.values():
+            target.release()
         self._targets.clear()
         self._context.release()
 

@@ -7,5 +7,5 @@ in vec3 direction;
 out vec4 value;
 
 void main() {
-    value = vec4(texture(sky, direction).rgb * sky_scale.x, 1.0);
+    value = vec4(texture(sky, direction).rgb * (sky_scale.x * output_scale.x), 0.0);  // a: no surface
 }

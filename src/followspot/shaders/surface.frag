@@ -84,6 +84,9 @@ void main() {
 #elif VIEW == VIEW_DEPTH
     value.rgb = vec3(1.0 / gl_FragCoord.w);  // clip w is the distance along the view axis
 #endif
+#ifndef FILTER
+    value.rgb *= output_scale.x;
+#endif
 #ifdef BLENDED
     value.a = texel.a;
 #else

@@ -14,6 +14,7 @@ layout(std140) uniform Frame {
     vec4 environment[6];                  // W/(m^2 sr) from +X -X +Y -Y +Z -Z
     vec4 tint;                            // rgb: albedo where there is no texture;
                                           // w: radiance of a self-lit texel of value 1
+    vec4 output_scale;                    // x: what outputs are multiplied by: exposure, if displayed
     vec4 sky_scale;                       // x: radiance of a sky texel of value 1
 };
 
