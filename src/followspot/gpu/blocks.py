@@ -18,13 +18,11 @@ MAX_SHADOWS = 4
 FRAME = np.dtype(
     [
         ("clip_from_world", "<f4", (4, 4)),
-        ("direction_from_clip", "<f4", (4, 4)),  # far-plane clip position to world direction
+        ("direction_from_clip", "<f4", (4, 4)),  # clip x, y to the world direction of a pixel
         ("shadow_from_world", "<f4", (MAX_SHADOWS, 4, 4)),
         ("light_position", "<f4", (MAX_LIGHTS, 4)),  # world units; w: normal offset per distance
-        ("light_direction", "<f4", (MAX_LIGHTS, 4)),  # unit axis; w: cosine of the rim
-        ("light_intensity", "<f4", (MAX_LIGHTS, 4)),  # W/sr per m^2 in a unit^2; w: cos_full
-        ("environment", "<f4", (6, 4)),  # radiance from +X -X +Y -Y +Z -Z
-        ("tint", "<f4", (4,)),  # rgb: constant albedo; w: radiance of self-lit texels
+        ("light_axis", "<f4", (MAX_LIGHTS, 4)),  # towards the light over the rim; w: rim's offset
+        ("light_radiance", "<f4", (MAX_LIGHTS, 4)),  # of a white surface at one unit; w unused
         ("output_scale", "<f4", (4,)),  # x: exposure, where the output is displayed light
         ("sky_scale", "<f4", (4,)),  # x: radiance of a sky texel of value 1
     ]

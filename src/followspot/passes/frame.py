@@ -89,8 +89,8 @@ class FramePipeline:
         """Compile and allocate what frames like this one need; `draw` then creates nothing."""
         shadows = len(frame.shadowed)
         self.shadow.reserve(shadows, frame.settings.shadow_map_size)
-        albedo = frame.settings.albedo is not None
-        self._surfaces.prepare(frame.view, len(frame.lights), shadows, constant_albedo=albedo)
+        constants = lighting.constants(self._scene, frame.settings)
+        self._surfaces.prepare(frame.view, len(frame.lights), shadows, constants)
 
     def draw(self, frame: FrameInput, target: Target) -> FrameReport:
         """Draw one frame into `target`. `prepare` has been called for frames like it."""
@@ -186,7 +186,7 @@ class FramePipeline:
         tiles = self.shadow.tiles[: len(frame.shadowed)]
         offsets = [tile.texel * frame.settings.shadow_normal_offset for tile in tiles]
         lighting.write_lights(block, frame.lights, self._scene.metres_per_unit, offsets)
-        lighting.write_environment(block, self._scene, frame.settings)
+        block["sky_scale"][0] = self._scene.environment_constant
         block["output_scale"][0] = scale
         self._gpu_scene.frame_block.write(block.tobytes())
         self._gpu_scene.frame_block.bind_to_uniform_block(0)

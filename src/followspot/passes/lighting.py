@@ -1,5 +1,6 @@
 """The frame's lights and environment: which have shadows, and what the shaders are told."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +13,11 @@ from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from followspot.scene.sky import CubeMap
 from followspot.spaces import Mat4
+
+_HARDEST_RIM = 1e-6
+"""Cosine that the rim takes at least; a float32 cosine near 1 has steps of 6e-8."""
+
+_AXES = ("POS_X", "NEG_X", "POS_Y", "NEG_Y", "POS_Z", "NEG_Z")
 
 
 def in_order(lights: tuple[Light, ...]) -> tuple[Light, ...]:
@@ -53,23 +59,26 @@ def write_lights(
     block["light_position"][: len(normal_offsets), 3] = normal_offsets
     for k, light in enumerate(lights):
         block["light_position"][k, :3] = light.position
-        block["light_intensity"][k, :3] = light.intensity / metres_per_unit**2
-        if isinstance(light, PointLight):  # a cone beyond the whole sphere
-            block["light_direction"][k] = 0.0, 0.0, 1.0, -3.0
-            block["light_intensity"][k, 3] = -2.0
+        block["light_radiance"][k, :3] = light.intensity / math.pi / metres_per_unit**2
+        if isinstance(light, PointLight):
+            block["light_axis"][k] = 0.0, 0.0, 0.0, 1.0
         else:
-            block["light_direction"][k] = *light.direction, light.cos_rim
-            block["light_intensity"][k, 3] = max(light.cos_full, light.cos_rim + 1e-6)
+            width = max(light.cos_full - light.cos_rim, _HARDEST_RIM)
+            block["light_axis"][k] = *(-light.direction / width), -light.cos_rim / width
 
 
-def write_environment(block: NDArray[np.void], scene: Scene, settings: Settings) -> None:
-    """Fill in a frame block's sky radiances and constants."""
+def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
+    """Macros of surface.frag that stay while scene and settings do."""
+    macros: dict[str, int | str] = {"EMISSION": f"{settings.emission:.9g}"}
+    if settings.albedo is not None:
+        macros["ALBEDO"] = f"{settings.albedo:.9g}"
     if settings.sky_light:
+        macros["SKY_LIGHT"] = 1
         towards = _towards_axes(scene.sky, settings.environment_mip)
-        block["environment"][:, :3] = towards * scene.environment_constant + scene.ambient
-    albedo = 1.0 if settings.albedo is None else settings.albedo
-    block["tint"] = albedo, albedo, albedo, settings.emission
-    block["sky_scale"][0] = scene.environment_constant
+        for axis, radiance in zip(_AXES, towards, strict=True):
+            values = radiance * scene.environment_constant + scene.ambient
+            macros[f"SKY_{axis}"] = "vec3({:.9g}, {:.9g}, {:.9g})".format(*values)
+    return macros
 
 
 @lru_cache(maxsize=8)

@@ -41,14 +41,14 @@ def variant_of(material: Material) -> Variant:
     )
 
 
-def alpha_test_vector(material: Material) -> tuple[float, float, float]:
+def alpha_test_vector(material: Material) -> tuple[float, float]:
     """surface.frag's ``alpha_test``: texels with ``a * x + y > 0`` are kept."""
     half = 128 / 255  # the game compares bytes with 128
     return {
-        AlphaTest.GT0: (1.0, 0.0, 0.0),
-        AlphaTest.LT128: (-1.0, half - 1e-4, 0.0),
-        AlphaTest.GE128: (1.0, 1e-4 - half, 0.0),
-        None: (0.0, 1.0, 0.0),
+        AlphaTest.GT0: (1.0, 0.0),
+        AlphaTest.LT128: (-1.0, half - 1e-4),
+        AlphaTest.GE128: (1.0, 1e-4 - half),
+        None: (0.0, 1.0),
     }[material.alpha_test]
 
 

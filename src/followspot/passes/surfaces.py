@@ -22,7 +22,7 @@ _CULLED_SIDE = {Sides.FRONT: "back", Sides.BACK: "front"}
 class SurfacePass:
     """Programs and vertex arrays for the views that have been asked for.
 
-    A program is compiled for each view, variant of material and number of lights, so that no
+    A program is compiled for each view, variant of material, number of lights and sky, so that no
     pixel pays for a choice that is the same in the whole frame.
     """
 
@@ -32,20 +32,32 @@ class SurfacePass:
         self._indices = context.buffer(reserve=max(gpu_scene.scene.mesh.indices.nbytes, 4))
         self._variants = [variant_of(m) for m in gpu_scene.scene.materials]
         self._arrays: dict[object, moderngl.VertexArray] = {}
+        self._common: dict[str, int | str] = {}
         self._ready: dict[Variant, moderngl.VertexArray] = {}
 
-    def prepare(self, view: View, lights: int, shadows: int, *, constant_albedo: bool) -> None:
-        """Choose the programs for the next frames, compiling what is new. Not inside a frame."""
-        common: dict[str, int | str] = {
+    def prepare(
+        self, view: View, lights: int, shadows: int, constants: dict[str, int | str]
+    ) -> None:
+        """Choose the programs for the next frames, compiling what is new. Not inside a frame.
+
+        Args:
+            view: The stage that is written.
+            lights: How many there are.
+            shadows: How many of them have a shadow map; they come first.
+            constants: Macros of surface.frag; see `lighting.constants`.
+        """
+        common = {
             **_VIEWS,
+            **constants,
             "VIEW": f"VIEW_{view.name}",
             "LIGHTS": lights,
             "SHADOWS": shadows,
         }
-        if constant_albedo:
-            common["CONSTANT_ALBEDO"] = 1
+        if common == self._common:
+            return
+        self._common = common
         for variant in set(self._variants):
-            key = (view, lights, shadows, constant_albedo, variant)
+            key = (*common.items(), variant)
             if key not in self._arrays:
                 self._arrays[key] = self._compile(common | variant.defines)
             self._ready[variant] = self._arrays[key]

@@ -2,7 +2,7 @@
 // Nothing but depth; leaves and grates are cut out as in the picture.
 #ifdef ALPHA_TEST
 uniform sampler2D base_image;
-uniform vec3 alpha_test;  // as in surface.frag
+uniform vec2 alpha_test;  // as in surface.frag
 in vec2 texcoord;
 #endif
 

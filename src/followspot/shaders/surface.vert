@@ -1,7 +1,8 @@
 #version 330 core
-// Object to world to clip, and to every shadow map: the multiplications that are linear, so that
-// interpolating their homogeneous results is exact. The divisions stay in the pixel stage.
+// Object to world to clip, and to every shadow map: what is linear in the position, so that
+// interpolating it is exact. Divisions stay in the pixel stage.
 #include "common/frame.glsl"
+#include "common/light.glsl"
 
 uniform mat4 world_from_object;
 
@@ -9,26 +10,36 @@ in vec3 in_position;
 in vec3 in_normal;
 in vec2 in_texcoord;
 
-out vec3 world_position;
 out vec3 world_normal;
 out vec2 texcoord;
+flat out float scale;  // of the output; handed on, since pixels read uniform blocks slowly
+#if LIGHTS > SHADOWS
+out vec3 world_position;
+#endif
 #if SHADOWS > 0
 out vec4 shadow_position[SHADOWS];
+out vec4 shadowed_ray[SHADOWS];  // common/light.glsl
+flat out vec4 shadowed_glow[SHADOWS];
 #endif
 
 void main() {
     vec4 world = world_from_object * vec4(in_position, 1.0);
-    world_position = world.xyz;
     world_normal = mat3(world_from_object) * in_normal;  // rotations and even scales only
     texcoord = in_texcoord;
+    scale = output_scale.x;
+#if LIGHTS > SHADOWS
+    world_position = world.xyz;
+#endif
 #if SHADOWS > 0
     for (int i = 0; i < SHADOWS; ++i) {
+        shadowed_ray[i] = light_ray(i, world.xyz);
+        shadowed_glow[i] = light_glow(i);
         vec3 n = world_normal;
 #ifdef SIDES_BOTH
-        if (dot(n, light_position[i].xyz - world_position) < 0.0) n = -n;
+        if (dot(n, shadowed_ray[i].xyz) < 0.0) n = -n;
 #endif
-        // A texel's footprint grows with w, the distance along the light's axis (Holbert 2011,
-        // "Normal offset shadows"): the receiver moves off its surface by a part of it.
+        // A texel's footprint grows with w, the distance along the light's axis: the receiver is
+        // moved off its surface by a part of it (Holbert, "Saying goodbye to shadow acne", 2011).
         vec4 s = shadow_from_world[i] * world;
         shadow_position[i] = s + shadow_from_world[i] * vec4(n * (light_position[i].w * s.w), 0.0);
     }

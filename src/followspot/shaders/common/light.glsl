@@ -1,25 +1,45 @@
 // Light that reaches a surface point, from the frame's lights and from the environment.
+//
+// A light is told to the shading in two vectors. The first, interpolated where it can be, holds
+// what is linear in the surface's position p; the second is the same for the whole frame:
+//   ray:  xyz: light - p, world units; w: distance along the axis over the width of the rim
+//   glow: rgb: radiance of a white surface that faces the light at distance 1, times the output
+//         scale; w: offset of the rim, so that (ray.w / r + glow.w) is 0 at the rim and 1 where
+//         the light is full
 
-// Irradiance in W/m^2 of light i on a surface at p (world units) with unit normal n:
-// E = I cos(theta) / r^2 inside the cone (Pharr, Jakob, Humphreys: PBR, 4th ed., 12.1-12.2),
-// with a smoothstep over the cosine in the rim. A point light's cone is the whole sphere.
-vec3 irradiance_from_light(int i, vec3 p, vec3 n) {
+vec4 light_ray(int i, vec3 p) {
     vec3 l = light_position[i].xyz - p;
-    float per_r = inversesqrt(dot(l, l));
-    float cos_theta = max(dot(n, l) * per_r, 0.0);
-    float cos_axis = -dot(light_direction[i].xyz, l) * per_r;
-    float cos_rim = light_direction[i].w, cos_full = light_intensity[i].w;
-    float rim = clamp((cos_axis - cos_rim) / (cos_full - cos_rim), 0.0, 1.0);
-    return light_intensity[i].rgb * (cos_theta * per_r * per_r * (rim * rim * (3.0 - 2.0 * rim)));
+    return vec4(l, dot(light_axis[i].xyz, l));
 }
 
-// Irradiance over pi from the environment, the mean of six sky radiances weighted by
+vec4 light_glow(int i) {
+    return vec4(light_radiance[i].rgb * output_scale.x, light_axis[i].w);
+}
+
+// Radiance of a white Lambertian surface with unit normal n under one light: L = E/pi with
+// E = I cos(theta) / r^2 (Pharr, Jakob, Humphreys: PBR, 4th ed., 12.1-12.2) and a smoothstep over
+// the cosine in the rim. A point light's axis is 0 and its rim 1 everywhere.
+vec3 radiance_from_light(vec4 ray, vec4 glow, vec3 n) {
+    float per_r = inversesqrt(dot(ray.xyz, ray.xyz));
+    float cos_theta = max(dot(n, ray.xyz) * per_r, 0.0);
+    float rim = clamp(ray.w * per_r + glow.w, 0.0, 1.0);
+    return glow.rgb * (cos_theta * per_r * per_r * (rim * rim * (3.0 - 2.0 * rim)));
+}
+
+// Radiance of a white surface under the environment: the mean of six sky radiances weighted by
 // max(0, +-n.axis). Each max leaves out the axis that faces away from the surface. Dividing by
 // the weights' sum makes a uniform sky light every direction alike.
-vec3 environment_radiance(vec3 n) {
+//
+// The radiances are constants of the program: software rasterisers read a uniform block anew for
+// every pixel, which took longer than the sum itself.
+vec3 radiance_from_environment(vec3 n) {
+#ifdef SKY_LIGHT
     vec3 towards = max(n, 0.0), away = max(-n, 0.0);
-    vec3 sum = towards.x * environment[0].rgb + away.x * environment[1].rgb
-             + towards.y * environment[2].rgb + away.y * environment[3].rgb
-             + towards.z * environment[4].rgb + away.z * environment[5].rgb;
+    vec3 sum = towards.x * SKY_POS_X + away.x * SKY_NEG_X
+             + towards.y * SKY_POS_Y + away.y * SKY_NEG_Y
+             + towards.z * SKY_POS_Z + away.z * SKY_NEG_Z;
     return sum / (abs(n.x) + abs(n.y) + abs(n.z));
+#else
+    return vec3(0.0);
+#endif
 }
