@@ -34,7 +34,7 @@ class GpuScene:
         self.problems: list[AssetError] = []
         context.enable_direct(_TEXTURE_CUBE_MAP_SEAMLESS)
         self.vertices = context.buffer(scene.mesh.vertices.tobytes() or bytes(32))
-        self.frame_block = context.buffer(reserve=FRAME.itemsize)
+        self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
         self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8), anisotropy)
         self._images: list[moderngl.Texture] = []
         for _, image in decode_all(scene.archive, scene.images):

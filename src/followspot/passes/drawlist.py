@@ -66,6 +66,11 @@ def boxes_in_frustum(
     return np.asarray(inside.all(axis=1))
 
 
+def height_above(faces: NDArray[np.void], point: Vec3) -> NDArray[np.float64]:
+    """(faces,) units that a point lies in front of each face's plane; 0 for faces not flat."""
+    return np.asarray(faces["normal"] @ point - faces["distance"])
+
+
 def merged(mesh: Mesh, chosen: Mask, key: NDArray[np.int32]) -> DrawList:
     """The chosen faces in the mesh's order, one batch a run of materials drawn alike.
 

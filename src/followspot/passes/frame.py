@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.assets.shader_values import Sides
 from followspot.gpu import blocks
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.targets import Target
@@ -20,6 +21,7 @@ from followspot.passes.surfaces import SHADOW_ATLAS, SurfacePass
 from followspot.passes.view import View
 from followspot.scene.camera import Camera
 from followspot.scene.light import Light, SpotLight
+from followspot.scene.mesh import FLAT
 from followspot.scene.settings import Settings
 from followspot.spaces import Mat4
 
@@ -77,6 +79,8 @@ class FramePipeline:
         self.shadow = ShadowPass(context, gpu_scene)
         self._surfaces = SurfacePass(context, gpu_scene)
         self._sky = SkyPass(context, gpu_scene)
+        side = {Sides.FRONT: 1, Sides.BACK: -1, Sides.BOTH: 0}
+        self._side = np.array([side[m.sides] for m in self._scene.materials], np.float32)
         self._is_cut_out = np.array([m.alpha_test is not None for m in self._scene.materials], bool)
         self._is_blended = np.array([m.blend is not None for m in self._scene.materials], bool)
         self._opaque, self._blended = NOTHING, NOTHING
@@ -164,9 +168,9 @@ class FramePipeline:
             return np.ones(len(faces), bool)
         planes = drawlist.frustum_planes(clip_from_world)
         inside = drawlist.boxes_in_frustum(planes, faces["mins"], faces["maxs"])
-        if self._scene.visibility is not None:
-            inside &= self._scene.visibility.faces_from(frame.camera.position)
-        return inside
+        height = drawlist.height_above(faces, frame.camera.position)
+        inside &= height * self._side[faces["material"]] >= -FLAT
+        return inside & self._scene.visibility.faces_from(frame.camera.position)
 
     def _write_block(
         self,

@@ -16,11 +16,12 @@ from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector
 from followspot.passes.shadow_fit import Boxes, ShadowFrustum
 from followspot.scene.light import SpotLight
-from followspot.scene.mesh import Mesh
+from followspot.scene.mesh import FLAT
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Mat4
 
 _DEPTH_CLAMP = 0x864F
+_SIDE = {CullFace.FRONT: -1, CullFace.BACK: 1, CullFace.NONE: 0}
 
 
 class ShadowPass:
@@ -41,7 +42,8 @@ class ShadowPass:
         self._cut_out = program.build(context, "shadow", {"ALPHA_TEST": 1})
         for each in (self._solid, self._cut_out):
             program.uniform(each, "world_from_object").write(blocks.columns(np.eye(4)))
-        self._indices = context.buffer(reserve=max(gpu_scene.scene.mesh.indices.nbytes, 4))
+        size = max(gpu_scene.scene.mesh.indices.nbytes, 4)
+        self._indices = context.buffer(reserve=size, dynamic=True)
         self._solid_vao = context.vertex_array(
             self._solid, [(gpu_scene.vertices, "3f 20x", "in_position")], self._indices
         )
@@ -54,6 +56,7 @@ class ShadowPass:
         self._casts = np.array([m.blend is None for m in materials], bool)
         # Solid casters of one state need not be told apart: each draws as the first of its state.
         first: dict[object, int] = {}
+        self._one_sided = np.array([not m.is_two_sided for m in materials], bool)
         self._key = np.array(
             [
                 number if m.alpha_test else first.setdefault(m.sides, number)
@@ -62,7 +65,8 @@ class ShadowPass:
             np.int32,
         )
         self._drawn: object = None
-        self._fitted: tuple[tuple[SpotLight, ...], int, Boxes | None] = ((), 0, None)
+        self._lights: tuple[SpotLight, ...] = ()
+        self._fitted: tuple[object, object] = (None, None)
         self._casters: dict[ShadowFrustum, DrawList] = {}
         self.atlas: moderngl.Texture | None = None
         self._target: moderngl.Framebuffer
@@ -105,8 +109,8 @@ class ShadowPass:
         if not lights:
             self.redrawn = False
             return np.empty((0, 4, 4), np.float32)
-        self._fit(lights, settings.shadow_map_size, receivers if settings.shadow_fit else None)
-        wanted = (self.tiles, settings.shadow_cull, settings.shadow_slope_bias)
+        self._fit(lights, settings, receivers if settings.shadow_fit else None)
+        wanted = (self.tiles, settings.shadow_slope_bias)
         self.redrawn = settings.redraw_shadows or wanted != self._drawn
         if self.redrawn:
             self._redraw(settings)
@@ -119,32 +123,38 @@ class ShadowPass:
             np.float32,
         )
 
-    def _fit(self, lights: tuple[SpotLight, ...], size: int, receivers: Boxes | None) -> None:
+    def _fit(
+        self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Boxes | None
+    ) -> None:
         """Fit the tiles' frusta, keeping each that comes out as it was, with its casters."""
-        wanted = (lights, size, receivers)
-        if wanted == self._fitted:
+        size, cull = settings.shadow_map_size, settings.shadow_cull
+        wanted = ((size, cull), receivers)
+        if lights == self._lights and wanted == self._fitted:
             return
-        same_size = self._fitted[1] == size
-        before = dict(zip(self._fitted[0], self.tiles, strict=False)) if same_size else {}
+        alike = self._fitted[0] == wanted[0]
+        before = dict(zip(self._lights, self.tiles, strict=True)) if alike else {}
         mesh = self._gpu_scene.scene.mesh
         everything = Boxes(mesh.faces["mins"], mesh.faces["maxs"])
         tiles, casters = [], []
         for light in lights:
             tile = shadow_fit.fit(light, everything, receivers, size)
             kept = before.get(light)
-            if kept is not None and kept.window == tile.window:
+            if kept is not None and kept.covers_the_same(tile):
                 tile = kept
             tiles.append(tile)
-            casters.append(self._casters.get(tile) or self._find_casters(mesh, tile))
+            casters.append(self._casters.get(tile) or self._find_casters(light, tile, cull))
         self.tiles, self._casters = tuple(tiles), dict(zip(tiles, casters, strict=True))
-        self._fitted = wanted
+        self._lights, self._fitted = lights, wanted
 
-    def _find_casters(self, mesh: Mesh, tile: ShadowFrustum) -> DrawList:
-        """All that the light can see, wherever the camera is."""
+    def _find_casters(self, light: SpotLight, tile: ShadowFrustum, cull: CullFace) -> DrawList:
+        """All that may cast within a frustum, wherever the camera is."""
+        mesh = self._gpu_scene.scene.mesh
         planes = drawlist.frustum_planes(tile.clip_from_world)
         inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
-        casts = self._casts[mesh.faces["material"]]
-        return drawlist.merged(mesh, inside & casts, self._key)
+        material = mesh.faces["material"]
+        kept = _SIDE[cull] * drawlist.height_above(mesh.faces, light.position) >= -FLAT
+        kept |= ~self._one_sided[material]
+        return drawlist.merged(mesh, inside & kept & self._casts[material], self._key)
 
     def _shadow_from_world(self, number: int, light: SpotLight, bias: float) -> Mat4:
         """World to tile `number`; receivers move `bias` units towards the light on the way.

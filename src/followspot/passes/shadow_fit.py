@@ -37,7 +37,7 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class ShadowFrustum:
-    """The pyramid that one light's map covers.
+    """The pyramid that one light's map covers. Equal only to itself.
 
     Attributes:
         clip_from_world: World to the light's clip space.
@@ -52,6 +52,11 @@ class ShadowFrustum:
     far: float
     texel: float
     window: tuple[float, float, float, float]
+
+    def covers_the_same(self, other: "ShadowFrustum") -> bool:
+        """Whether another frustum of the same light is as good as this one."""
+        mine = (*self.window, self.near, self.far)
+        return mine == (*other.window, other.near, other.far)
 
 
 def view_from_world(light: SpotLight) -> Mat4:
@@ -75,7 +80,7 @@ def fit(light: SpotLight, boxes: Boxes, receivers: Boxes | None, size: int) -> S
         wanted = _tangents(from_world, receivers, math.tan(light.half_angle))
         if wanted is not None:
             window = _snapped(wanted, rim, size)
-    near, far = _depths(from_world, boxes, window)
+    near, far = _depths(from_world, boxes, receivers, window)
     left, right, bottom, top = window
     clip_from_light = np.array(
         [
@@ -134,13 +139,35 @@ def _snapped(
 
 
 def _depths(
-    from_world: Mat4, boxes: Boxes, window: tuple[float, float, float, float]
+    from_world: Mat4,
+    boxes: Boxes,
+    receivers: Boxes | None,
+    window: tuple[float, float, float, float],
 ) -> tuple[float, float]:
-    """Near and far distances of the boxes inside a window."""
+    """Near and far distances: from the nearest box inside a window to the farthest receiver.
+
+    What is farther away than all receivers casts on nothing that is seen. The far plane is
+    snapped to steps of the boxes' range.
+    """
+    low, high = _distances(from_world, boxes, window)
+    if not low.size:
+        return 1.0, 2.0
+    nearest, farthest = float(low.min()), float(high.max())
+    if receivers is not None:
+        _, reach = _distances(from_world, receivers, window)
+        share = (float(reach.max(initial=nearest)) - nearest) / max(farthest - nearest, 1e-6)
+        farthest = nearest + (farthest - nearest) * min(math.ceil(share * STEPS) / STEPS, 1.0)
+    far = max(farthest * 1.001, 1.0)
+    return min(max(nearest * 0.999, far * NEAREST_SHARE), far * 0.5), far
+
+
+def _distances(
+    from_world: Mat4, boxes: Boxes, window: tuple[float, float, float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(n,) smallest and (n,) largest distances of the boxes that meet a window."""
     corners = _corners(from_world, boxes)
-    distance = -corners[..., 2]
+    x, y, distance = corners[..., 0], corners[..., 1], -corners[..., 2]
     left, right, bottom, top = window
-    x, y = corners[..., 0], corners[..., 1]
     outside = (
         (x < left * distance).all(axis=1)
         | (x > right * distance).all(axis=1)
@@ -148,8 +175,5 @@ def _depths(
         | (y > top * distance).all(axis=1)
         | (distance <= 0).all(axis=1)
     )
-    inside = distance[~outside]
-    if not inside.size:
-        return 1.0, 2.0
-    far = max(float(inside.max()) * 1.001, 1.0)
-    return min(max(float(inside.min()) * 0.999, far * NEAREST_SHARE), far * 0.5), far
+    meets = distance[~outside]
+    return meets.min(axis=1), meets.max(axis=1)

@@ -29,7 +29,8 @@ class SurfacePass:
     def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
-        self._indices = context.buffer(reserve=max(gpu_scene.scene.mesh.indices.nbytes, 4))
+        size = max(gpu_scene.scene.mesh.indices.nbytes, 4)
+        self._indices = context.buffer(reserve=size, dynamic=True)
         self._variants = [variant_of(m) for m in gpu_scene.scene.materials]
         self._arrays: dict[object, moderngl.VertexArray] = {}
         self._common: dict[str, int | str] = {}

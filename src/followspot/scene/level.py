@@ -11,7 +11,7 @@ from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.shader_script import ShaderScript
 from followspot.scene import bsp_tree, material, patch
 from followspot.scene.material import FindImage, Material
-from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes
+from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
 
 PATCH_TOLERANCE = 1.0
 """Units by which a patch's triangles may miss the curved surface: 3 cm."""
@@ -226,7 +226,7 @@ def _join(
     faces["first_index"] = np.cumsum(count) - count
     faces["material"] = material_of_face[level_face]
     if len(faces):
-        faces["mins"], faces["maxs"] = face_boxes(
-            vertices["position"], indices, faces["first_index"]
-        )
+        runs = vertices["position"], indices, faces["first_index"]
+        faces["mins"], faces["maxs"] = face_boxes(*runs)
+        faces["normal"], faces["distance"] = face_planes(*runs)
     return Mesh(vertices, indices, faces), level_face

@@ -15,9 +15,15 @@ FACE = np.dtype(
         ("material", "<i4"),
         ("mins", "<f4", 3),
         ("maxs", "<f4", 3),
+        ("normal", "<f4", 3),
+        ("distance", "<f4"),
     ]
 )
-"""One face: a contiguous run of indices, one material, its box in world units."""
+"""One face: a contiguous run of indices, one material, its box in world units. If it is flat, the
+plane ``dot(normal, p) == distance`` that it lies in, front side outwards; else both are 0."""
+
+FLAT = 0.05
+"""Units that a face may stray from its plane and still be flat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,3 +70,35 @@ def face_boxes(
     """
     corners = positions[indices]
     return np.minimum.reduceat(corners, first, axis=0), np.maximum.reduceat(corners, first, axis=0)
+
+
+def face_planes(
+    positions: NDArray[np.float32],
+    indices: NDArray[np.uint32],
+    first: NDArray[np.int32],
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Planes of runs of triangles that lie in one.
+
+    Args:
+        positions: (v, 3) in units.
+        indices: (i,) into `positions`, clockwise triangles, cut into runs without gaps.
+        first: (f,) start of every run, ascending, none empty.
+
+    Returns:
+        (f, 3) unit normals on the front side and (f,) distances, both 0 for runs that are not
+        flat or have triangles on both sides.
+    """
+    corners = positions[indices].astype(np.float64).reshape(-1, 3, 3)
+    triangle = np.cross(corners[:, 2] - corners[:, 0], corners[:, 1] - corners[:, 0])
+    starts = first // 3
+    normal = np.add.reduceat(triangle, starts, axis=0)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    count = np.diff(starts, append=len(triangle))
+    own = np.repeat(normal, count, axis=0)
+    height = np.einsum("tcj,tj->tc", corners, own)
+    lowest = np.minimum.reduceat(height.min(axis=1), starts)
+    highest = np.maximum.reduceat(height.max(axis=1), starts)
+    turned = np.minimum.reduceat(np.einsum("tj,tj->t", triangle, own), starts)
+    flat = (highest - lowest <= 2 * FLAT) & (turned >= -1e-3) & normal.any(axis=1)
+    distance = np.where(flat, (lowest + highest) / 2, 0)
+    return np.where(flat[:, np.newaxis], normal, 0).astype(np.float32), distance.astype(np.float32)
