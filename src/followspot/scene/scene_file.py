@@ -26,7 +26,7 @@ import math
 import re
 import tomllib
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -36,10 +36,12 @@ from followspot import spaces
 from followspot.errors import AssetError
 from followspot.scene.camera import Camera
 from followspot.scene.light import Light, PointLight, SpotLight
-from followspot.scene.settings import Settings
+from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Vec3
 
-Number3 = tuple[float, float, float]
+Coordinate = Annotated[float, Meta(ge=-1e7, le=1e7)]
+Number3 = tuple[Coordinate, Coordinate, Coordinate]
+MAX_POWER = 1e15
 Positive = Annotated[float, Meta(gt=0)]
 Power = Annotated[float, Meta(ge=0)]
 
@@ -76,11 +78,11 @@ class SpotEntry(_Entry, tag="spot", frozen=True, kw_only=True):
     name: str = ""
 
     def __post_init__(self) -> None:
+        _per_channel(self.power)
         if (self.direction is None) == (self.target is None):
             raise ValueError("Expected one of `direction` and `target`, got both or neither")
-        _per_channel(self.power)
-        if not np.any(self._axis()):
-            raise ValueError("Expected a direction, got one of no length")
+        if not np.linalg.norm(self._axis()) > 0:
+            raise ValueError("Expected a direction or target that tells a direction, got none")
 
     def _axis(self) -> Vec3:
         if self.direction is not None:
@@ -151,49 +153,91 @@ def parse(text: str, source: str) -> SceneFile:
         AssetError: as `read`.
     """
     try:
-        return msgspec.convert(_finite(tomllib.loads(text), source, ""), SceneFile)
+        document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        message = str(error)
-        line = re.search(r"\(at (.*)\)$", message)
+        reason, _, place = str(error).rstrip(")").partition(" (at ")
+        raise AssetError(source, place=place, expected="TOML", found=reason) from None
+    except RecursionError:
+        raise AssetError(source, expected="TOML", found="tables or lists too deep") from None
+    _require_finite(document, source, "")
+    cameras = document.pop("cameras", {})
+    if not isinstance(cameras, dict):
+        raise AssetError(source, place="cameras", expected="a table", found=_short(cameras))
+    views = {
+        name: _convert(table, CameraEntry, source, f"cameras.{name}")
+        for name, table in cameras.items()
+    }
+    return msgspec.structs.replace(_convert(document, SceneFile, source, ""), cameras=views)
+
+
+T = TypeVar("T")
+
+
+def _convert(value: object, kind: type[T], source: str, key: str) -> T:
+    """A checked record from plain values; msgspec's complaints become AssetErrors."""
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        text, _, path = str(error).partition(" - at ")
+        path = path.strip("`").removeprefix("$").removeprefix(".")
+        place = ".".join(part for part in (key, path) if part)
+        found = _value_at(value, path)
+        if match := re.match(r"Object contains unknown field `(.*)`", text):
+            raise AssetError(
+                source, place=place, expected="known keys only", found=match[1]
+            ) from None
+        if match := re.match(r"Object missing required field `(.*)`", text):
+            raise AssetError(
+                source, place=place, expected=f"the key {match[1]}", found="none"
+            ) from None
+        if text.startswith("Invalid enum value"):
+            text = "Expected " + ", ".join(side.value for side in CullFace)
+        elif text.startswith("Invalid value"):
+            text = "Expected spot or point"
+        elif not text.startswith("Expected "):
+            text = f"Expected a valid value ({text})"
+        expected, got, reason = text.removeprefix("Expected ").partition(", got ")
+        is_ours = got and not reason.startswith("`")  # from a __post_init__
         raise AssetError(
             source,
-            place=line[1] if line else "",
-            expected="TOML",
-            found=re.sub(r" \(at .*\)$", "", message),
+            place=place,
+            expected=expected if is_ours else expected.replace("`", ""),
+            found=reason if is_ours else f"{reason} {found}".replace("`", "").strip(),
         ) from None
-    except msgspec.ValidationError as error:
-        raise _told(str(error), source) from None
 
 
-def _told(message: str, source: str) -> AssetError:
-    """What msgspec says, "Expected X, got Y - at `$.key`" as an AssetError."""
-    text, _, place = message.partition(" - at ")
-    key = place.strip("`").removeprefix("$").removeprefix(".")
-    if match := re.match(r"Expected (.*), got (.*)", text):
-        return AssetError(source, place=key, expected=match[1], found=match[2])
-    if match := re.match(r"Expected (.*)", text):
-        return AssetError(source, place=key, expected=match[1], found="another value")
-    if match := re.match(r"Object contains unknown field (.*)", text):
-        return AssetError(source, place=key, expected="known keys only", found=match[1])
-    if match := re.match(r"Object missing required field (.*)", text):
-        return AssetError(source, place=key, expected=f"the key {match[1]}", found="none")
-    return AssetError(source, place=key, expected="a valid value", found=text)
+def _value_at(value: Any, path: str) -> str:
+    """The value that a path like ``lights[0].power`` leads to, for a message."""
+    for name, index in re.findall(r"([^.\[\]]+)|\[(\d+)\]", path):
+        try:
+            value = value[int(index)] if index else value[name]
+        except (KeyError, IndexError, TypeError):
+            return "nothing"
+    return _short(value)
 
 
-def _finite(value: object, source: str, key: str) -> object:
-    """The value unless it is or holds TOML's inf or nan, which no key of ours can mean."""
+def _short(value: object) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _require_finite(value: object, source: str, key: str) -> None:
+    """Refuse TOML's inf and nan, which no key of ours can mean."""
     if isinstance(value, dict):
-        return {k: _finite(v, source, f"{key}.{k}".lstrip(".")) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_finite(v, source, f"{key}[{n}]") for n, v in enumerate(value)]
-    if isinstance(value, float) and not math.isfinite(value):
+        for name, inner in value.items():
+            _require_finite(inner, source, f"{key}.{name}".lstrip("."))
+    elif isinstance(value, list):
+        for number, inner in enumerate(value):
+            _require_finite(inner, source, f"{key}[{number}]")
+    elif isinstance(value, float) and not math.isfinite(value):
         raise AssetError(source, place=key, expected="a finite number", found=str(value))
-    return value
 
 
 def _per_channel(power: float | list[float]) -> Vec3:
     """Watts per RGB channel from one number or three; a ValueError tells what is wrong."""
     channels = power if isinstance(power, list) else [power] * 3
-    if len(channels) != 3 or min(channels) < 0:
-        raise ValueError("Expected `power` of one or three numbers of 0 or more, got others")
+    if len(channels) != 3 or not all(0 <= channel <= MAX_POWER for channel in channels):
+        raise ValueError(
+            f"Expected `power` as 1 or 3 numbers of 0 or more to {MAX_POWER:g}, got others"
+        )
     return spaces.vec3(channels)

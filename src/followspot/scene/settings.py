@@ -1,7 +1,8 @@
 """Everything about a picture that is a choice and not part of the scene."""
 
 import enum
-from typing import Annotated, Any
+import math
+from typing import Annotated, Any, get_args
 
 import msgspec
 from msgspec import Meta
@@ -64,14 +65,20 @@ def with_changes(settings: Settings, changes: dict[str, str]) -> Settings:
     Raises:
         UsageError: no such setting, or a value that it cannot take.
     """
-    fields: dict[str, Any] = {f.name: f.type for f in msgspec.structs.fields(Settings)}
+    kinds: dict[str, Any] = {f.name: f.type for f in msgspec.structs.fields(Settings)}
     values: dict[str, Any] = {}
     for name, text in changes.items():
-        if name not in fields:
-            raise UsageError(f"no setting is named {name!r}; there are {', '.join(fields)}")
-        value = None if text.lower() in ("none", "auto") and "None" in str(fields[name]) else text
+        if name not in kinds:
+            raise UsageError(f"no setting is named {name!r}; there are {', '.join(kinds)}")
+        may_be_none = type(None) in get_args(kinds[name])
+        value = None if may_be_none and text.lower() in ("none", "auto") else text
         try:
-            values[name] = msgspec.convert(value, fields[name], strict=False)
+            values[name] = msgspec.convert(value, kinds[name], strict=False)
+            if isinstance(values[name], float) and not math.isfinite(values[name]):
+                raise msgspec.ValidationError("Expected a finite number")
         except msgspec.ValidationError as error:
-            raise UsageError(f"setting {name}: {error}, found {text!r}") from None
+            reason = str(error)
+            if kinds[name] is CullFace:
+                reason = "Expected " + ", ".join(side.value for side in CullFace)
+            raise UsageError(f"setting {name}: {reason}, found {text!r}") from None
     return msgspec.structs.replace(settings, **values)
