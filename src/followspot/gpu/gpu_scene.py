@@ -28,18 +28,19 @@ class GpuScene:
         problems: Images that are there but cannot be decoded; white stands in for them.
     """
 
-    def __init__(self, context: moderngl.Context, scene: Scene, anisotropy: float = 1.0) -> None:
+    def __init__(self, context: moderngl.Context, scene: Scene) -> None:
         self.context = context
         self.scene = scene
+        self._anisotropy = 1.0
         self.problems: list[AssetError] = []
         context.enable_direct(_TEXTURE_CUBE_MAP_SEAMLESS)
         self.vertices = context.buffer(scene.mesh.vertices.tobytes() or bytes(32))
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
-        self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8), anisotropy)
+        self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8))
         self._images: list[moderngl.Texture] = []
         for _, image in decode_all(scene.archive, scene.images):
             if isinstance(image, Image):
-                self._images.append(_upload(context, image.pixels, anisotropy))
+                self._images.append(_upload(context, image.pixels))
             else:
                 self.problems.append(image)
                 self._images.append(self._white)
@@ -51,6 +52,13 @@ class GpuScene:
             if material.clamps:
                 texture.repeat_x = texture.repeat_y = False
         self.sky = _upload_cube(context, scene.sky)
+
+    def set_anisotropy(self, samples: float) -> None:
+        """Texture samples along the steep direction from now on; 1 is plain trilinear."""
+        if samples != self._anisotropy:
+            self._anisotropy = samples
+            for texture in self._images:
+                texture.anisotropy = samples
 
     def release(self) -> None:
         """Give the GL objects back."""
@@ -71,13 +79,12 @@ class GpuScene:
         self.release()
 
 
-def _upload(context: moderngl.Context, pixels: np.ndarray, anisotropy: float) -> moderngl.Texture:
+def _upload(context: moderngl.Context, pixels: np.ndarray) -> moderngl.Texture:
     """(h, w, 4) uint8 sRGB as a repeating, trilinear texture; row 0 is t = 0, as in Quake."""
     height, width = pixels.shape[:2]
     texture = context.texture((width, height), 4, pixels, internal_format=_SRGB8_ALPHA8)
     texture.build_mipmaps()  # GL averages sRGB textures in linear light
     texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-    texture.anisotropy = anisotropy
     return texture
 
 

@@ -22,6 +22,7 @@ from followspot.passes.view import View
 from followspot.scene.camera import Camera
 from followspot.scene.light import Light, SpotLight
 from followspot.scene.mesh import FLAT
+from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from followspot.spaces import Mat4
 
@@ -36,6 +37,7 @@ class FrameInput:
     """All that a frame depends on beside the scene in GPU memory.
 
     Attributes:
+        scene: Its level is the one in GPU memory; units, ambient and sky's strength are read here.
         camera: Where the picture is taken from.
         lights: Any number up to `blocks.MAX_LIGHTS`; spot lights with shadows come first.
         settings: The switches.
@@ -43,6 +45,7 @@ class FrameInput:
         view: The stage to draw.
     """
 
+    scene: Scene
     camera: Camera
     lights: tuple[Light, ...]
     settings: Settings
@@ -74,15 +77,16 @@ class FramePipeline:
     def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
-        self._scene = gpu_scene.scene
+        self._mesh, materials = gpu_scene.scene.mesh, gpu_scene.scene.materials
+        self._visibility = gpu_scene.scene.visibility
         context.front_face = "cw"  # as in Quake's files
         self.shadow = ShadowPass(context, gpu_scene)
         self._surfaces = SurfacePass(context, gpu_scene)
         self._sky = SkyPass(context, gpu_scene)
         side = {Sides.FRONT: 1, Sides.BACK: -1, Sides.BOTH: 0}
-        self._side = np.array([side[m.sides] for m in self._scene.materials], np.float32)
-        self._is_cut_out = np.array([m.alpha_test is not None for m in self._scene.materials], bool)
-        self._is_blended = np.array([m.blend is not None for m in self._scene.materials], bool)
+        self._side = np.array([side[m.sides] for m in materials], np.float32)
+        self._is_cut_out = np.array([m.alpha_test is not None for m in materials], bool)
+        self._is_blended = np.array([m.blend is not None for m in materials], bool)
         self._opaque, self._blended = NOTHING, NOTHING
         self._listed: object = None
         self._visible = np.zeros(0, bool)
@@ -91,16 +95,17 @@ class FramePipeline:
 
     def prepare(self, frame: FrameInput) -> None:
         """Compile and allocate what frames like this one need; `draw` then creates nothing."""
+        self._gpu_scene.set_anisotropy(frame.settings.anisotropy)
         shadows = len(frame.shadowed)
         self.shadow.reserve(shadows, frame.settings.shadow_map_size)
-        constants = lighting.constants(self._scene, frame.settings)
+        constants = lighting.constants(frame.scene, frame.settings)
         self._surfaces.prepare(frame.view, len(frame.lights), shadows, constants)
 
     def draw(self, frame: FrameInput, target: Target) -> FrameReport:
         """Draw one frame into `target`. `prepare` has been called for frames like it."""
         start = time.perf_counter()
         aspect = target.size[0] / target.size[1]
-        far = frame.camera.far_for(*self._scene.mesh.bounds)
+        far = frame.camera.far_for(*self._mesh.bounds)
         clip_from_view = frame.camera.clip_from_view(aspect, far)
         clip_from_world = clip_from_view @ frame.camera.view_from_world
 
@@ -126,7 +131,7 @@ class FramePipeline:
             submit_ms=(time.perf_counter() - start) * 1e3,
             draws=len(self._opaque.batches) + len(self._blended.batches) + 1,
             triangles=self._opaque.triangle_count + self._blended.triangle_count,
-            triangles_in_scene=self._scene.mesh.triangle_count,
+            triangles_in_scene=self._mesh.triangle_count,
             shadow_redrawn=self.shadow.redrawn,
             shadow_draws=self.shadow.draw_count if self.shadow.redrawn else 0,
             shadow_triangles=self.shadow.triangle_count if self.shadow.redrawn else 0,
@@ -141,21 +146,23 @@ class FramePipeline:
         self._listed = wanted
         visible = self._visible_faces(frame, clip_from_world)
         self._receivers = self._boxes_in_view(visible, clip_from_world)
-        is_blended = self._is_blended[self._scene.mesh.faces["material"]]
+        if not frame.settings.culling:
+            visible = np.ones_like(visible)
+        is_blended = self._is_blended[self._mesh.faces["material"]]
         opaque, blended = visible & ~is_blended, visible & is_blended & blended_too
         eye = frame.camera.position
         cell = np.floor(eye / _SORT_CELL).tolist()
         if self._sorted_in != cell or not np.array_equal(opaque, self._visible):
             self._visible, self._sorted_in = opaque, cell
-            self._opaque = drawlist.front_to_back(self._scene.mesh, opaque, eye, self._is_cut_out)
+            self._opaque = drawlist.front_to_back(self._mesh, opaque, eye, self._is_cut_out)
         elif not blended.any() and not self._blended.batches:
             return
-        self._blended = drawlist.back_to_front(self._scene.mesh, blended, eye)
+        self._blended = drawlist.back_to_front(self._mesh, blended, eye)
         self._surfaces.upload(self._opaque, self._blended)
 
     def _boxes_in_view(self, visible: NDArray[np.bool_], clip_from_world: Mat4) -> Boxes:
         """The visible faces' boxes, cut down to the box of the camera's frustum."""
-        faces = self._scene.mesh.faces[visible]
+        faces = self._mesh.faces[visible]
         cube = spaces.box_corners(spaces.vec3([-1, -1, -1]), spaces.vec3([1, 1, 1]))
         corners = np.linalg.solve(clip_from_world, np.c_[cube, np.ones(8)].T).T
         corners = (corners[:, :3] / corners[:, 3:]).astype(np.float32)
@@ -163,14 +170,12 @@ class FramePipeline:
         return Boxes(np.clip(faces["mins"], low, high), np.clip(faces["maxs"], low, high))
 
     def _visible_faces(self, frame: FrameInput, clip_from_world: Mat4) -> NDArray[np.bool_]:
-        faces = self._scene.mesh.faces
-        if not frame.settings.culling:
-            return np.ones(len(faces), bool)
+        faces = self._mesh.faces
         planes = drawlist.frustum_planes(clip_from_world)
         inside = drawlist.boxes_in_frustum(planes, faces["mins"], faces["maxs"])
         height = drawlist.height_above(faces, frame.camera.position)
         inside &= height * self._side[faces["material"]] >= -FLAT
-        return inside & self._scene.visibility.faces_from(frame.camera.position)
+        return inside & self._visibility.faces_from(frame.camera.position)
 
     def _write_block(
         self,
@@ -189,8 +194,8 @@ class FramePipeline:
         block["shadow_from_world"][: len(shadow_from_world)] = shadow_from_world
         tiles = self.shadow.tiles[: len(frame.shadowed)]
         offsets = [tile.texel * frame.settings.shadow_normal_offset for tile in tiles]
-        lighting.write_lights(block, frame.lights, self._scene.metres_per_unit, offsets)
-        block["sky_scale"][0] = self._scene.environment_constant
+        lighting.write_lights(block, frame.lights, frame.scene.metres_per_unit, offsets)
+        block["sky_scale"][0] = frame.scene.environment_constant
         block["output_scale"][0] = scale
         self._gpu_scene.frame_block.write(block.tobytes())
         self._gpu_scene.frame_block.bind_to_uniform_block(0)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.errors import UsageError
 from followspot.gpu import blocks, program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.passes import drawlist, shadow_fit
@@ -79,12 +80,15 @@ class ShadowPass:
         wanted = (size * max(light_count, 1), size)
         if self.atlas is not None and (self.atlas.size == wanted or light_count == 0):
             return
+        limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
+        if wanted[0] > limit:
+            raise UsageError(
+                f"shadow_map_size: {light_count} lights with maps of {size} texels need "
+                f"{wanted[0]} in a row; this OpenGL has {limit}"
+            )
         if self.atlas is not None:
             self._target.release()
             self.atlas.release()
-        limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
-        if wanted[0] > limit:
-            raise ValueError(f"{light_count} maps of {size} texels exceed the GL's {limit}")
         self.atlas = self._context.depth_texture(wanted)
         self.atlas.compare_func = "<="
         self.atlas.filter = moderngl.LINEAR, moderngl.LINEAR
@@ -207,13 +211,17 @@ class ShadowPass:
         self.draw_count += len(casters.batches)
 
     def read_distance(self, number: int, size: int) -> NDArray[np.float32]:
-        """(size, size) distances along light `number`'s axis in units, top row first."""
+        """(size, size) distances along light `number`'s axis in units, top row first.
+
+        Infinite where the light's rays hit nothing.
+        """
         assert self.atlas is not None, "nothing has been drawn yet"
         tile = self.tiles[number]
         raw = np.frombuffer(self.atlas.read(alignment=1), "<f4").reshape(size, -1)
         ndc = raw[::-1, number * size : (number + 1) * size].astype(np.float64) * 2 - 1
         near, far = tile.near, tile.far
-        return (2 * near * far / (far + near - ndc * (far - near))).astype(np.float32)
+        distance = 2 * near * far / (far + near - ndc * (far - near))
+        return np.where(ndc < 1, distance, np.inf).astype(np.float32)
 
     def release(self) -> None:
         """Give the GL objects back."""

@@ -3,7 +3,7 @@
 import enum
 
 
-class View(enum.Enum):
+class View(enum.StrEnum):
     """What a picture shows. Light (radiance) is displayed with exposure, data as it is."""
 
     FINAL = "final"

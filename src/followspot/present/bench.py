@@ -98,7 +98,7 @@ def run(
 def measure(renderer: Renderer, scene: Scene, camera: Camera, frames: int) -> Timing:
     """Draw the same frame again and again, waiting for the GPU after each."""
     lights = lighting.in_order(scene.lights)
-    frame = FrameInput(camera, lights, scene.settings, exposure=1.0)
+    frame = FrameInput(scene, camera, lights, scene.settings, exposure=1.0)
     for _ in range(WARM_UP if frames > 1 else 0):
         renderer.draw(frame)
         renderer.finish()

@@ -20,6 +20,7 @@ from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 
 Pictures = dict[View, NDArray[Any]]
+"""By view; a view's value is as good a key: ``pictures["final"]``."""
 
 _MIDDLE = 0.18
 _HIGHLIGHT = 0.65
@@ -61,13 +62,18 @@ class Renderer:
         """What draws, as GL tells it."""
         return str(self._context.info["GL_RENDERER"])
 
+    def _make_current(self) -> None:
+        """Point GL at this renderer's context: there may be several, used in turn."""
+        self._context.__enter__()  # moderngl's exit would leave another one, or none, current
+
     def open(self, scene: Scene) -> GpuScene:
         """Upload a scene, in place of the one before. `render` does so by itself."""
         now = self._gpu_scene
         if now is not None and now.scene.level is scene.level and now.scene.sky is scene.sky:
             return now
         self._drop_scene()
-        self._gpu_scene = GpuScene(self._context, scene, scene.settings.anisotropy)
+        self._make_current()
+        self._gpu_scene = GpuScene(self._context, scene)
         self._pipeline = FramePipeline(self._context, self._gpu_scene)
         return self._gpu_scene
 
@@ -104,13 +110,11 @@ class Renderer:
         wanted = [view_named(view) for view in views]
         lights = lighting.in_order(scene.lights)
         self.open(scene)
-        assert self._pipeline is not None
-        exposure = self.exposure(scene, camera, settings)
-        frame = FrameInput(camera, lights, settings, exposure)
-        pictures: Pictures = {}
-        for view in wanted:
-            pictures[view] = self._picture(replace(frame, view=view), linear)
-        return pictures
+        needs_exposure = not linear and any(view.is_light for view in wanted)
+        exposure = self.exposure(scene, camera, settings) if needs_exposure else 1.0
+        frame = FrameInput(scene, camera, lights, settings, exposure)
+        self._make_current()
+        return {view: self._picture(replace(frame, view=view), linear) for view in wanted}
 
     def _picture(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
         assert self._pipeline is not None
@@ -124,6 +128,7 @@ class Renderer:
     def draw(self, frame: FrameInput, linear: bool = False) -> FrameReport:
         """Draw one frame of the open scene without reading it back."""
         assert self._pipeline is not None, "open a scene first"
+        self._make_current()
         if linear not in self._targets:
             self._targets[linear] = Target(self._context, self.size, is_linear=linear)
         self._pipeline.prepare(frame)
@@ -131,6 +136,7 @@ class Renderer:
 
     def finish(self) -> None:
         """Wait until the GPU has done everything."""
+        self._make_current()
         self._context.finish()
 
     def _shadow_map(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
@@ -138,17 +144,8 @@ class Renderer:
             raise UsageError("there is no shadow map: no spot light casts shadows here")
         self.draw(frame)
         assert self._pipeline is not None
-        shadow = self._pipeline.shadow
-        distance = shadow.read_distance(0, frame.settings.shadow_map_size)
-        if linear:
-            return distance
-        tile = shadow.tiles[0]
-        hit = distance < tile.far * 0.9999
-        nearest, farthest = (
-            (float(distance[hit].min()), float(distance[hit].max())) if hit.any() else (0.0, 1.0)
-        )
-        grey = np.clip((distance - nearest) / max(farthest - nearest, 1e-6), 0, 1) * 0.85 + 0.05
-        return np.repeat((np.where(hit, grey, 1.0) * 255).astype(np.uint8)[..., None], 3, axis=2)
+        distance = self._pipeline.shadow.read_distance(0, frame.settings.shadow_map_size)
+        return distance if linear else _stretched(distance)
 
     def exposure(
         self,
@@ -167,8 +164,9 @@ class Renderer:
         if settings.exposure is not None:
             return settings.exposure
         self.open(scene)
-        frame = FrameInput(camera, lighting.in_order(scene.lights), settings, 1.0, view)
+        frame = FrameInput(scene, camera, lighting.in_order(scene.lights), settings, 1.0, view)
         self.draw(frame, linear=True)
+        self._make_current()
         values = self._targets[True].read(components=4).reshape(-1, 4)
         luminance = values[:, :3] @ np.array([0.2126, 0.7152, 0.0722], np.float32)
         luminance = np.where(np.isfinite(luminance), luminance, 0)
@@ -189,12 +187,14 @@ class Renderer:
     def close(self) -> None:
         """Give back everything on the GPU."""
         self._drop_scene()
+        self._make_current()
         for target in self._targets.values():
             target.release()
         self._targets.clear()
         self._context.release()
 
     def _drop_scene(self) -> None:
+        self._make_current()
         if self._pipeline is not None:
             self._pipeline.release()
         if self._gpu_scene is not None:
@@ -224,3 +224,12 @@ def view_named(view: View | str) -> View:
     except ValueError:
         names = ", ".join(v.value for v in View)
         raise UsageError(f"no view is named {view!r}; there are {names}") from None
+
+
+def _stretched(distance: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """(h, w, 3) greys from near, dark, to far, light; white where there is nothing."""
+    hit = np.isfinite(distance)
+    nearest, farthest = (distance[hit].min(), distance[hit].max()) if hit.any() else (0, 1)
+    share = np.where(hit, distance - nearest, 0) / max(farthest - nearest, 1e-6)
+    grey = np.where(hit, 0.05 + 0.85 * share, 1)
+    return np.repeat((grey * 255).astype(np.uint8)[..., np.newaxis], 3, axis=2)

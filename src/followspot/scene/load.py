@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from os.path import isfile
 from pathlib import Path
 
 from followspot.assets import image
@@ -52,7 +53,7 @@ def load(
     if path is not None:
         file = scene_file.read(path)
         beside = path.parent / file.level
-        wanted = str(beside) if beside.is_file() else file.level
+        wanted = str(beside) if isfile(beside) else file.level  # never raises, unlike pathlib's
     else:
         file, wanted = SceneFile(level=name), name
     builtin = [BUILTIN / "courtyard.pk3"]
@@ -81,8 +82,8 @@ def _assemble(
 ) -> Scene:
     bsp = read_bsp(archive.read(entry), archive.source(entry))
     on_step("read level")
-    scripts, problems = load_scripts(archive)
-    on_step("parse scripts")
+    scripts = load_scripts(archive)
+    on_step("find scripts")
 
     def find_script(shader: str) -> ShaderScript | None:
         return scripts.get(lookup_name(shader))
@@ -101,6 +102,8 @@ def _assemble(
     far_boxes = [s.sky_box.far for s in skies if s.sky_box and s.sky_box.far]
     cube, trouble = _find_sky(archive, [file.sky] if file.sky else far_boxes, file.sky is not None)
     on_step("read sky")
+    own = {camera: entry.camera(camera) for camera, entry in file.cameras.items()}
+    cameras = own | {n: c for n, c in spawn_cameras(bsp).items() if n not in own}
     scene = Scene(
         name=name,
         archive=archive,
@@ -109,13 +112,13 @@ def _assemble(
         sky=cube,
         sun=next((s.sun for s in skies if s.sun is not None), None),
         lights=tuple(each.light() for each in file.lights),
-        cameras={n: c.camera(n) for n, c in file.cameras.items()} | spawn_cameras(bsp),
+        cameras=cameras,
         environment_constant=file.environment_constant,
         ambient=file.ambient,
         metres_per_unit=file.metres_per_unit,
         settings=file.settings,
         missing=tuple(missing.values()),
-        problems=(*problems, *trouble),
+        problems=(*scripts.problems, *trouble),
     )
     if not scene.lights:
         scene = with_chosen_light(scene, scene.camera())
@@ -159,10 +162,15 @@ def _find_sky(
 
 
 def _read_sky(archive: Archive, base: str) -> CubeMap:
-    sides: list[Image] = []
+    paths: list[str] = []
     for suffix in sky.SUFFIXES:
         found, tried = image.find_image(archive, base + suffix)
         if found is None:
             raise AssetError(base + suffix, expected="a sky image", found=f"none of {tried}")
-        sides.append(image.decode(archive.read(found), archive.source(found)))
+        paths.append(found)
+    sides: list[Image] = []
+    for _, side in image.decode_all(archive, paths):
+        if isinstance(side, AssetError):
+            raise side
+        sides.append(side)
     return sky.from_quake_images(base, sides)

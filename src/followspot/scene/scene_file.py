@@ -238,6 +238,6 @@ def _per_channel(power: float | list[float]) -> Vec3:
     channels = power if isinstance(power, list) else [power] * 3
     if len(channels) != 3 or not all(0 <= channel <= MAX_POWER for channel in channels):
         raise ValueError(
-            f"Expected `power` as 1 or 3 numbers of 0 or more to {MAX_POWER:g}, got others"
+            f"Expected `power` as one or three numbers, 0 or more, to {MAX_POWER:g}, got others"
         )
     return spaces.vec3(channels)
