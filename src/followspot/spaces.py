@@ -68,12 +68,18 @@ def angles_from_forward(forward: Vec3) -> tuple[float, float]:
 
 def view_from_world(position: Vec3, yaw: float, pitch: float) -> Mat4:
     """World to view for an eye in units and Quake angles in degrees (no roll)."""
-    forward = forward_from_angles(yaw, pitch)
-    left = vec3([-math.sin(math.radians(yaw)), math.cos(math.radians(yaw)), 0.0])
-    eye_from_world = np.eye(4)
-    eye_from_world[:3, :3] = forward, left, np.cross(forward, left)
+    y, p = math.radians(yaw), math.radians(pitch)
+    cos_y, sin_y, cos_p, sin_p = math.cos(y), math.sin(y), math.cos(p), math.sin(p)
+    eye_from_world = np.array(
+        [
+            [cos_p * cos_y, cos_p * sin_y, -sin_p, 0],  # forward
+            [-sin_y, cos_y, 0, 0],  # left
+            [sin_p * cos_y, sin_p * sin_y, cos_p, 0],  # up
+            [0, 0, 0, 1],
+        ]
+    )
     eye_from_world[:3, 3] = -eye_from_world[:3, :3] @ position
-    return VIEW_FROM_EYE @ eye_from_world
+    return np.asarray(VIEW_FROM_EYE @ eye_from_world)
 
 
 def clip_from_view(fov_x: float, fov_y: float, near: float, far: float) -> Mat4:

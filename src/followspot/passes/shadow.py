@@ -43,8 +43,8 @@ class ShadowPass:
         self._cut_out = program.build(context, "shadow", {"ALPHA_TEST": 1})
         for each in (self._solid, self._cut_out):
             program.uniform(each, "world_from_object").write(blocks.columns(np.eye(4)))
-        size = max(gpu_scene.scene.mesh.indices.nbytes, 4)
-        self._indices = context.buffer(reserve=size, dynamic=True)
+        size = max(gpu_scene.scene.mesh.indices.nbytes, 4) * blocks.MAX_SHADOWS
+        self._indices = context.buffer(reserve=size, dynamic=True)  # all lights' casters
         self._solid_vao = context.vertex_array(
             self._solid, [(gpu_scene.vertices, "3f 20x", "in_position")], self._indices
         )
@@ -139,15 +139,19 @@ class ShadowPass:
         before = dict(zip(self._lights, self.tiles, strict=True)) if alike else {}
         mesh = self._gpu_scene.scene.mesh
         everything = Boxes(mesh.faces["mins"], mesh.faces["maxs"])
-        tiles, casters = [], []
+        tiles = []
+        casters: dict[ShadowFrustum, DrawList] = {}
         for light in lights:
             tile = shadow_fit.fit(light, everything, receivers, size)
             kept = before.get(light)
             if kept is not None and kept.covers_the_same(tile):
                 tile = kept
             tiles.append(tile)
-            casters.append(self._casters.get(tile) or self._find_casters(light, tile, cull))
-        self.tiles, self._casters = tuple(tiles), dict(zip(tiles, casters, strict=True))
+            casters[tile] = self._casters.get(tile) or self._find_casters(light, tile, cull)
+        if self.tiles != tuple(tiles):
+            indices = [list_.indices for list_ in casters.values()]
+            self._indices.write(np.concatenate(indices))
+        self.tiles, self._casters = tuple(tiles), casters
         self._lights, self._fitted = lights, wanted
 
     def _find_casters(self, light: SpotLight, tile: ShadowFrustum, cull: CullFace) -> DrawList:
@@ -182,17 +186,18 @@ class ShadowPass:
         context.enable_direct(_DEPTH_CLAMP)  # what is nearer than the near plane casts all the same
         context.depth_func = "<"
         context.polygon_offset = settings.shadow_slope_bias, 0.0
-        for number, tile in enumerate(self.tiles):
+        base = 0
+        for number, (tile, casters) in enumerate(self._casters.items()):
             self._target.viewport = (number * size, 0, size, size)
             matrix = blocks.columns(tile.clip_from_world)
             program.uniform(self._solid, "clip_from_world").write(matrix)
             program.uniform(self._cut_out, "clip_from_world").write(matrix)
-            self._draw_casters(self._casters[tile], settings.shadow_cull)
+            self._draw_casters(casters, base, settings.shadow_cull)
+            base += len(casters.indices)
         context.polygon_offset = 0.0, 0.0
         context.disable_direct(_DEPTH_CLAMP)
 
-    def _draw_casters(self, casters: DrawList, cull: CullFace) -> None:
-        self._indices.write(casters.indices)
+    def _draw_casters(self, casters: DrawList, base: int, cull: CullFace) -> None:
         for batch in casters.batches:
             material = self._gpu_scene.scene.materials[batch.material]
             if cull is CullFace.NONE or material.is_two_sided:
@@ -206,7 +211,7 @@ class ShadowPass:
                 vao = self._cut_out_vao
                 program.uniform(self._cut_out, "alpha_test").value = alpha_test_vector(material)
                 self._gpu_scene.base_images[batch.material].use(0)
-            vao.render(vertices=batch.count, first=batch.first)
+            vao.render(vertices=batch.count, first=base + batch.first)
         self.triangle_count += casters.triangle_count
         self.draw_count += len(casters.batches)
 

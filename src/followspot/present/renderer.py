@@ -64,7 +64,7 @@ class Renderer:
 
     def _make_current(self) -> None:
         """Point GL at this renderer's context: there may be several, used in turn."""
-        self._context.__enter__()  # moderngl's exit would leave another one, or none, current
+        self._context.__enter__()  # type: ignore[no-untyped-call]  # moderngl's exit would leave another one, or none, current
 
     def open(self, scene: Scene) -> GpuScene:
         """Upload a scene, in place of the one before. `render` does so by itself."""

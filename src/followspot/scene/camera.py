@@ -1,6 +1,8 @@
 """The camera: where it stands, where it looks, how wide."""
 
+import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +38,7 @@ class Camera:
         """(3,) unit world direction that the camera looks along."""
         return spaces.forward_from_angles(self.yaw, self.pitch)
 
-    @property
+    @cached_property
     def view_from_world(self) -> Mat4:
         """World space to OpenGL's view space."""
         return spaces.view_from_world(self.position, self.yaw, self.pitch)
@@ -48,6 +50,6 @@ class Camera:
 
     def far_for(self, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> float:
         """Distance that holds the whole box (world units) whichever way the camera turns."""
-        corners = spaces.box_corners(mins.astype(np.float64), maxs.astype(np.float64))
-        reach = float(np.linalg.norm(corners - self.position, axis=1).max())
+        farthest = np.maximum(np.abs(mins - self.position), np.abs(maxs - self.position))
+        reach = math.sqrt(farthest @ farthest)
         return max(reach, self.near * 2) * 1.01

@@ -1,6 +1,7 @@
 """Triangles of a whole scene in two arrays, with a table of faces to cull and sort by."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ class Mesh:
         """Number of triangles."""
         return len(self.indices) // 3
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """(3,) mins and (3,) maxs over all faces, in units; a unit box where there are none."""
         if not len(self.faces):

@@ -1,0 +1,91 @@
+"""What the camera sees: culled and sorted into draw lists, kept while they hold."""
+
+import numpy as np
+
+from followspot import spaces
+from followspot.assets.shader_values import Sides
+from followspot.passes import drawlist
+from followspot.passes.drawlist import NOTHING, Mask
+from followspot.passes.shadow_fit import Boxes
+from followspot.scene.mesh import FLAT
+from followspot.scene.scene import Scene
+from followspot.spaces import Mat4, Vec3
+
+SORT_CELL = 256.0
+"""Units: opaque faces are sorted as seen from the middle of the cell that the eye is in, so that
+their order stays while the eye moves a little, and yet follows from where it is alone."""
+
+_SIDE = {Sides.FRONT: 1, Sides.BACK: -1, Sides.BOTH: 0}
+
+
+class VisibleFaces:
+    """The draw lists of one scene for one camera.
+
+    Attributes:
+        opaque: Solid and cut-out faces, roughly front to back.
+        blended: Blended faces, back to front.
+        receivers: Boxes of all visible faces within the camera's frustum; a new object
+            whenever they are new.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._mesh, self._visibility = scene.mesh, scene.visibility
+        materials = scene.materials
+        self._side = np.array([_SIDE[m.sides] for m in materials], np.float32)
+        self._is_cut_out = np.array([m.alpha_test is not None for m in materials], bool)
+        self._is_blended = np.array([m.blend is not None for m in materials], bool)
+        self.opaque, self.blended = NOTHING, NOTHING
+        self.receivers = Boxes(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))
+        self._listed: object = None
+        self._sorted: tuple[object, Mask] = (None, np.zeros(0, bool))
+
+    def update(self, eye: Vec3, clip_from_world: Mat4, *, cull: bool, with_blended: bool) -> bool:
+        """Cull and sort anew, but only when something that matters has changed.
+
+        Args:
+            eye: (3,) the camera's place in world units.
+            clip_from_world: The camera's.
+            cull: Whether faces that cannot be seen are left out of the draw lists.
+            with_blended: Whether blended faces are drawn at all.
+
+        Returns:
+            Whether the draw lists are new.
+        """
+        wanted = clip_from_world.tobytes(), cull, with_blended
+        if wanted == self._listed:
+            return False
+        self._listed = wanted
+        visible = self._seen_from(eye, clip_from_world)
+        self.receivers = self._boxes_in_view(visible, clip_from_world)
+        if not cull:
+            visible = np.ones_like(visible)
+        is_blended = self._is_blended[self._mesh.faces["material"]]
+        opaque, blended = visible & ~is_blended, visible & is_blended & with_blended
+        cell = np.floor(eye / SORT_CELL)
+        order = cell.tobytes()
+        same = order == self._sorted[0] and np.array_equal(opaque, self._sorted[1])
+        if not same:
+            self._sorted = order, opaque
+            middle = spaces.vec3((cell + 0.5) * SORT_CELL)
+            self.opaque = drawlist.front_to_back(self._mesh, opaque, middle, self._is_cut_out)
+        nothing_blended = not blended.any() and not self.blended.batches
+        self.blended = drawlist.back_to_front(self._mesh, blended, eye)
+        return not (same and nothing_blended)
+
+    def _seen_from(self, eye: Vec3, clip_from_world: Mat4) -> Mask:
+        """(faces,) those in the frustum that face the eye and that the level's vis allows."""
+        faces = self._mesh.faces
+        planes = drawlist.frustum_planes(clip_from_world)
+        seen = drawlist.boxes_in_frustum(planes, faces["mins"], faces["maxs"])
+        height = drawlist.height_above(faces, eye)
+        seen &= height * self._side[faces["material"]] >= -FLAT
+        return seen & self._visibility.faces_from(eye)
+
+    def _boxes_in_view(self, visible: Mask, clip_from_world: Mat4) -> Boxes:
+        """The visible faces' boxes, cut down to the box of the camera's frustum."""
+        faces = self._mesh.faces[visible]
+        cube = spaces.box_corners(spaces.vec3([-1, -1, -1]), spaces.vec3([1, 1, 1]))
+        corners = np.linalg.solve(clip_from_world, np.c_[cube, np.ones(8)].T).T
+        corners = (corners[:, :3] / corners[:, 3:]).astype(np.float32)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        return Boxes(np.clip(faces["mins"], low, high), np.clip(faces["maxs"], low, high))
