@@ -1,6 +1,8 @@
 """The whole frame, in order."""
 
 import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import moderngl
@@ -23,6 +25,13 @@ from followspot.scene.settings import Settings
 from followspot.spaces import Mat4
 
 _FRAMEBUFFER_SRGB = 0x8DB9
+
+PASSES = ("shadow", "clear", "surfaces", "sky", "blended")
+TimedPass = Callable[[str], AbstractContextManager[object]]
+
+
+def _untimed(_: str) -> AbstractContextManager[object]:
+    return nullcontext()
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +94,14 @@ class FramePipeline:
         constants = lighting.constants(frame.scene, frame.settings)
         self._surfaces.prepare(frame.view, len(frame.lights), shadows, constants)
 
-    def draw(self, frame: FrameInput, target: Target) -> FrameReport:
-        """Draw one frame into `target`. `prepare` has been called for frames like it."""
+    def draw(self, frame: FrameInput, target: Target, timed: TimedPass = _untimed) -> FrameReport:
+        """Draw one frame into `target`.
+
+        Args:
+            frame: What to draw; `prepare` has been called for frames like it.
+            target: What to draw it into.
+            timed: Gives for each of `PASSES` a context to draw it in.
+        """
         start = time.perf_counter()
         camera, settings, visible = frame.camera, frame.settings, self._visible
         far = camera.far_for(*self._mesh.bounds)
@@ -98,16 +113,21 @@ class FramePipeline:
             camera.position, clip_from_world, cull=settings.culling, with_blended=with_blended
         ):
             self._surfaces.upload(visible.opaque, visible.blended)
-        shadow_from_world = self.shadow.draw(frame.shadowed, settings, visible.receivers)
+        with timed("shadow"):
+            shadow_from_world = self.shadow.draw(frame.shadowed, settings, visible.receivers)
         scale = 1.0 if target.is_linear else _display_scale(frame, far)
         self._write_block(frame, clip_from_world, clip_from_view, shadow_from_world, scale)
 
-        self._begin(target, frame.view)
-        self._surfaces.draw_opaque(visible.opaque)
+        with timed("clear"):
+            self._begin(target, frame.view)
+        with timed("surfaces"):
+            self._surfaces.draw_opaque(visible.opaque)
         target.framebuffer.depth_mask = False
-        if frame.view is View.FINAL:
-            self._sky.draw()
-        self._surfaces.draw_blended(visible.blended, visible.opaque)
+        with timed("sky"):
+            if frame.view is View.FINAL:
+                self._sky.draw()
+        with timed("blended"):
+            self._surfaces.draw_blended(visible.blended, visible.opaque)
 
         redrawn = self.shadow.redrawn
         return FrameReport(

@@ -16,6 +16,9 @@ from followspot.present.stopwatch import Steps, peak_memory_mb
 from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
 
+PASS_FRAMES = 20
+"""Frames whose passes are timed apart, beside the counted ones: the queries cost time."""
+
 WARM_UP = 5
 """Frames that are drawn but not counted: drivers compile and fill caches in the first ones."""
 
@@ -29,6 +32,7 @@ class Timing(msgspec.Struct, frozen=True):
         p95_ms: 95 of 100 frames are faster.
         worst_ms: The slowest one.
         submit_ms: Median of the CPU's share: culling, sorting and calls into GL.
+        pass_ms: Medians of GPU time by pass.
         frame: Counts of the last frame.
     """
 
@@ -37,6 +41,7 @@ class Timing(msgspec.Struct, frozen=True):
     p95_ms: float
     worst_ms: float
     submit_ms: float
+    pass_ms: dict[str, float]
     frame: FrameReport
 
 
@@ -110,6 +115,7 @@ def measure(renderer: Renderer, scene: Scene, camera: Camera, frames: int) -> Ti
         whole.append((time.perf_counter() - start) * 1e3)
         submit.append(report.submit_ms)
     whole.sort()
+    passes = [renderer.pass_times(frame) for _ in range(min(frames, PASS_FRAMES))]
     place = ",".join(f"{value:g}" for value in (*camera.position, camera.yaw, camera.pitch))
     return Timing(
         camera=camera.name or place,
@@ -117,5 +123,6 @@ def measure(renderer: Renderer, scene: Scene, camera: Camera, frames: int) -> Ti
         p95_ms=whole[min(len(whole) - 1, int(0.95 * len(whole)))],
         worst_ms=whole[-1],
         submit_ms=statistics.median(submit),
+        pass_ms={name: statistics.median(each[name] for each in passes) for name in passes[0]},
         frame=report,
     )

@@ -12,8 +12,9 @@ from followspot.errors import UsageError
 from followspot.gpu.context import create_context
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.targets import Target
+from followspot.gpu.timers import PassTimers
 from followspot.passes import lighting
-from followspot.passes.frame import FrameInput, FramePipeline, FrameReport
+from followspot.passes.frame import PASSES, FrameInput, FramePipeline, FrameReport
 from followspot.passes.view import View
 from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
@@ -133,6 +134,14 @@ class Renderer:
             self._targets[linear] = Target(self._context, self.size, is_linear=linear)
         self._pipeline.prepare(frame)
         return self._pipeline.draw(frame, self._targets[linear])
+
+    def pass_times(self, frame: FrameInput) -> dict[str, float]:
+        """Draw one frame of the open scene and tell each pass's GPU time in ms."""
+        assert self._pipeline is not None, "open a scene first"
+        self.draw(frame)  # makes what is missing, so that only drawing is timed
+        timers = PassTimers(self._context, PASSES)
+        self._pipeline.draw(frame, self._targets[False], timers)
+        return timers.read_ms()
 
     def finish(self) -> None:
         """Wait until the GPU has done everything."""

@@ -11,6 +11,7 @@ from rich.table import Table
 from followspot.present import bench as bench_
 from followspot.present import figures as figures_
 from followspot.present import inspect as inspect_
+from followspot.present import inspect_model
 from followspot.present.still import Wish
 from followspot.present.stopwatch import Steps
 
@@ -35,6 +36,9 @@ def figures(name: str, folder: Path, wish: Wish) -> None:
 
 def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     """Run ``followspot inspect``."""
+    if inspect_model.is_model(name):
+        inspect_model.tell(name, assets, as_json=as_json)
+        return
     found = inspect_.inspect(name, assets)
     if as_json:
         print(msgspec.json.format(msgspec.json.encode(found)).decode())
@@ -84,6 +88,9 @@ def bench(name: str, wish: Wish, frames: int, *, sweep: bool, as_json: bool) -> 
         counts = view.frame.draws, view.frame.triangles, view.frame.triangles_in_scene
         table.add_row(view.camera, *(f"{t:.2f}" for t in times), *(str(c) for c in counts))
     console.print(table)
+    for view in result.views if len(result.views) == 1 else ():
+        parts = ", ".join(f"{name} {ms:.2f}" for name, ms in view.pass_ms.items())
+        console.print(f"GPU ms by pass: {parts}", highlight=False)
     console.print(_steps(result.load_ms))
     console.print(f"peak memory {result.peak_memory_mb:.0f} MiB", highlight=False)
 
