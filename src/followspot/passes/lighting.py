@@ -69,7 +69,10 @@ def write_lights(
 
 def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     """Macros of surface.frag that stay while scene and settings do."""
-    macros: dict[str, int | str] = {"EMISSION": f"{settings.emission:.9g}"}
+    macros: dict[str, int | str] = {
+        "EMISSION": f"{settings.emission:.9g}",
+        "SHADOW_TAPS": settings.shadow_taps,
+    }
     if settings.albedo is not None:
         macros["ALBEDO"] = f"{settings.albedo:.9g}"
     if settings.sky_light:

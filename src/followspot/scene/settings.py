@@ -33,6 +33,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         emission: Radiance in W/(m^2 sr) of a self-lit texel of value 1 (flames, beams).
         shadow_map_size: Texels along an edge of a light's shadow map.
         shadow_fit: Spends the map on what the camera sees instead of the light's whole cone.
+        shadow_taps: Fetches along an edge of the shadow filter's square, each the mean of four
+            comparisons; 1 is the hardware's filter alone.
         shadow_cull: Faces left out of the shadow map.
         shadow_bias: Units that a receiver is moved towards the light before the comparison.
         shadow_normal_offset: Texels that a receiver is moved along its normal, likewise.
@@ -50,6 +52,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     emission: NonNegative = 1.0
     shadow_map_size: Annotated[int, Meta(ge=16, le=8192)] = 1024
     shadow_fit: bool = True
+    shadow_taps: Annotated[int, Meta(ge=1, le=4)] = 1
     shadow_cull: CullFace = CullFace.FRONT
     shadow_bias: float = 0.25
     shadow_normal_offset: float = 0.7

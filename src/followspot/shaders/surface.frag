@@ -22,12 +22,32 @@ flat in vec4 shadowed_glow[SHADOWS];
 
 out vec4 value;
 
+#if SHADOWS > 0
+// Share of a light that arrives, by percentage-closer filtering (Reeves, Salesin and Cook 1987):
+// the mean of comparisons, of which the hardware makes four for each fetch.
+float visibility(vec4 homogeneous) {
+#if SHADOW_TAPS == 1
+    return textureProj(shadow_atlas, homogeneous);
+#else
+    vec3 s = homogeneous.xyz / homogeneous.w;
+    vec2 texel = 1.0 / vec2(textureSize(shadow_atlas, 0));
+    float sum = 0.0;
+    for (int y = 0; y < SHADOW_TAPS; ++y)
+        for (int x = 0; x < SHADOW_TAPS; ++x) {
+            vec2 offset = vec2(x, y) - 0.5 * float(SHADOW_TAPS - 1);
+            sum += texture(shadow_atlas, s + vec3(offset * texel, 0.0));
+        }
+    return sum / float(SHADOW_TAPS * SHADOW_TAPS);
+#endif
+}
+#endif
+
 vec3 radiance_from_lights(vec3 n) {
     vec3 sum = vec3(0.0);
 #if SHADOWS > 0
     for (int i = 0; i < SHADOWS; ++i)
         sum += radiance_from_light(shadowed_ray[i], shadowed_glow[i], n)
-             * textureProj(shadow_atlas, shadow_position[i]);
+             * visibility(shadow_position[i]);
 #endif
 #if LIGHTS > SHADOWS
     for (int i = SHADOWS; i < LIGHTS; ++i)
@@ -41,7 +61,7 @@ float key_light_visibility(vec3 n) {
     const vec3 white = vec3(1.0);
 #if SHADOWS > 0
     bool faces = radiance_from_light(shadowed_ray[0], vec4(white, shadowed_glow[0].w), n).r > 0.0;
-    return faces ? textureProj(shadow_atlas, shadow_position[0]) : 0.0;
+    return faces ? visibility(shadow_position[0]) : 0.0;
 #elif LIGHTS > 0
     vec4 ray = light_ray(0, world_position);
     return radiance_from_light(ray, vec4(white, light_glow(0).w), n).r > 0.0 ? 1.0 : 0.0;
