@@ -74,8 +74,8 @@ SetOption = Annotated[
         "--set",
         metavar="KEY=VALUE",
         help="Any other setting; repeatable: exposure, environment_mip, emission, "
-        "shadow_map_size, shadow_cull (front, back, none), shadow_bias, shadow_slope_bias, "
-        "anisotropy, culling.",
+        "shadow_map_size, shadow_taps, shadow_cull (front, back, none), shadow_bias, "
+        "shadow_normal_offset, shadow_slope_bias, shadow_fit, anisotropy, culling.",
     ),
 ]
 NoShadowsOption = Annotated[bool, typer.Option("--no-shadows", help="Lights pass through walls.")]
@@ -178,7 +178,10 @@ def inspect(
     json: Annotated[bool, typer.Option("--json", help="All of it, for programs.")] = False,
     assets: AssetsOption = None,
 ) -> None:
-    """Tell what is in a level: counts, bounds, entities, views, materials, what is missing."""
+    """Tell what is in a level, a model (x.md2, x.md3) or a player (player:sarge), and what is not.
+
+    Counts, bounds, entities, views, materials; parts, surfaces, tags, skins, animations.
+    """
     from followspot.present import tell
 
     tell.inspect(level, assets or (), as_json=json)

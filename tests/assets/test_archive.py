@@ -1,31 +1,24 @@
-"""Archives: precedence, names, damaged and evil paks, and finding levels."""
+"""Archives: precedence, names, damaged and evil paks."""
 
+import gc
 import os
 import struct
 import threading
 import warnings
 import zipfile
 import zlib
-from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from archive_fixtures import OPENARENA, write_files, write_pak
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from followspot.assets import archive as archive_module
-from followspot.assets.archive import (
-    MAX_FILE_BYTES,
-    Archive,
-    list_levels,
-    locate_level,
-    normalise,
-    search_path,
-)
+from followspot.assets.archive import Archive, normalise
+from followspot.assets.pak import MAX_FILE_BYTES
 from followspot.errors import AssetError
-
-OPENARENA = Path("/usr/share/games/openarena/baseoa")
 
 # A pk3 file with one entry, a.txt, that holds "hi" uncompressed.
 HAND_MADE_PAK = bytes.fromhex(
@@ -36,24 +29,10 @@ HAND_MADE_PAK = bytes.fromhex(
     "50 4B 05 06  00 00  00 00  01 00  01 00  33 00 00 00  25 00 00 00  00 00"
 )
 CENTRAL = HAND_MADE_PAK.index(b"PK\1\2")
+END = HAND_MADE_PAK.index(b"PK\5\6")
 LOCAL_NAME_LENGTH, LOCAL_DATA = 26, 35
 CENTRAL_FLAGS, CENTRAL_METHOD, CENTRAL_CRC = CENTRAL + 8, CENTRAL + 10, CENTRAL + 16
 CENTRAL_STORED, CENTRAL_SIZE, CENTRAL_OFFSET = CENTRAL + 20, CENTRAL + 24, CENTRAL + 42
-
-
-def write_pak(path: Path, files: Mapping[str, bytes | str]) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as pak:
-        for name, data in files.items():
-            pak.writestr(name, data)
-    return path
-
-
-def write_files(folder: Path, files: Mapping[str, str]) -> Path:
-    for name, text in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
-    return folder
 
 
 def patched(position: int, layout: str, value: int, pak: bytes = HAND_MADE_PAK) -> bytes:
@@ -63,12 +42,6 @@ def patched(position: int, layout: str, value: int, pak: bytes = HAND_MADE_PAK) 
 
 
 DEFLATED = patched(CENTRAL_METHOD, "<H", zipfile.ZIP_DEFLATED)
-
-
-@pytest.fixture
-def no_installs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(archive_module, "INSTALL_FOLDERS", ())
-    monkeypatch.delenv("FOLLOWSPOT_ASSETS", raising=False)
 
 
 @pytest.mark.parametrize(
@@ -127,7 +100,6 @@ def test_names_are_filtered_and_sorted(tmp_path: Path) -> None:
         assert archive.names("MAPS\\", ".BSP") == ["maps/a.bsp", "maps/b.bsp"]
         assert archive.names(suffix=".aas") == ["maps/a.aas"]
         assert len(archive.names()) == 4
-        assert list_levels(archive) == ["a", "b"]
 
 
 @pytest.mark.parametrize("name", ["missing", "../outside", "/etc/passwd", "", "folder", "a\0b"])
@@ -282,10 +254,58 @@ def test_a_pak_cut_anywhere_is_refused(tmp_path: Path) -> None:
 
 def test_a_text_file_called_pk3_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.pk3").write_text("hello")
-    with pytest.raises(AssetError, match=r"x\.pk3: expected a pk3 \(zip\) file, found File is not"):
+    with pytest.raises(AssetError, match=r"x\.pk3: expected a pk3 \(zip\) file, found no record"):
         Archive.open([tmp_path])
 
 
+@pytest.mark.parametrize(
+    ("data", "found"),
+    [
+        (patched(END + 12, "<I", 0x34), "a table of 52 bytes"),  # it would begin before the file
+        (patched(END + 12, "<I", 0x32), "no entry at byte 0"),
+        (patched(END + 12, "<I", 0xFFFFFFFF), "the zip64 format"),
+        (patched(END + 16, "<I", 0xFFFFFFFF), "the zip64 format"),
+        (patched(END + 16, "<I", 0x26), "a table of 51 bytes"),
+        (patched(CENTRAL, "<I", 0), "no entry at byte 0"),
+        (patched(CENTRAL + 28, "<H", 6), "its table's last entry cut short"),
+        (patched(CENTRAL + 28, "<H", 4), "no entry at byte 50"),
+        (patched(CENTRAL_FLAGS, "<H", 0x800, patched(CENTRAL + 46, "B", 0xE9)), "the name b'"),
+    ],
+)
+def test_paks_with_a_damaged_table_are_refused(tmp_path: Path, data: bytes, found: str) -> None:
+    path = tmp_path / "bad.pk3"
+    path.write_bytes(data)
+    with pytest.raises(AssetError) as caught:
+        Archive.open([path])
+    assert caught.value.source == str(path)
+    assert caught.value.expected == "a pk3 (zip) file"
+    assert caught.value.found.startswith(found)
+
+
+@pytest.mark.parametrize("before", [b"", b"#!/bin/unzip\n"])
+@pytest.mark.parametrize("comment", [b"", b"made by hand", b"PK\5\6", bytes(0xFFFF)])
+def test_what_stands_around_a_zip_file_does_not_matter(
+    tmp_path: Path, before: bytes, comment: bytes
+) -> None:
+    path = tmp_path / "a.pk3"
+    path.write_bytes(before + patched(END + 20, "<H", len(comment)) + comment)
+    with Archive.open([path]) as archive:
+        assert archive.read("a.txt") == b"hi"
+
+
+@pytest.mark.parametrize(
+    ("flags", "raw", "name"), [(0, b"f\x82tes", "f\xe9tes"), (0x800, b"f\xc3\xa9te", "f\xe9te")]
+)
+def test_names_are_in_the_code_page_that_the_pak_says(
+    tmp_path: Path, flags: int, raw: bytes, name: str
+) -> None:
+    data = patched(CENTRAL_FLAGS, "<H", flags).replace(b"a.txt", raw)
+    (tmp_path / "a.pk3").write_bytes(data)
+    with Archive.open([tmp_path]) as archive:
+        assert archive.names() == [name]
+
+
+@settings(deadline=None)
 @given(
     st.lists(
         st.tuples(st.integers(0, len(HAND_MADE_PAK) - 1), st.integers(0, 255)),
@@ -319,130 +339,29 @@ def test_threads_read_in_parallel(tmp_path: Path) -> None:
         assert list(pool.map(archive.read, names)) == [files[name] for name in names]
 
 
-def test_a_refused_archive_leaves_no_file_open(tmp_path: Path) -> None:
+def test_no_archive_leaves_files_open(tmp_path: Path) -> None:
     write_pak(tmp_path / "a.pk3", {"x": "x"})
     (tmp_path / "b.pk3").write_text("no zip")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", ResourceWarning)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ResourceWarning)
         with pytest.raises(AssetError):
             Archive.open([tmp_path])
+        Archive.open([tmp_path / "a.pk3"])  # and let go
+        gc.collect()
+    assert [str(warning.message) for warning in caught] == []
     closed = Archive.open([tmp_path / "a.pk3"])
     closed.close()
     with pytest.raises(ValueError, match="closed file"):
         closed.read("x")
 
 
-def test_search_path_puts_named_folders_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    home = tmp_path / "home"
-    for folder in ("home/.q3a/baseq3", "home/.openarena/baseoa", "a", "b/baseq3", "b/baseoa", "c"):
-        (tmp_path / folder).mkdir(parents=True)
-    pak = write_pak(tmp_path / "p.pk3", {})
-    (tmp_path / "link").symlink_to(tmp_path / "a")
-    monkeypatch.setenv("HOME", str(home))
-    listed = [tmp_path / "c", tmp_path / "link", home / ".q3a"]
-    monkeypatch.setenv("FOLLOWSPOT_ASSETS", os.pathsep.join(["", *map(str, listed)]))
-    found = search_path([tmp_path / "a", tmp_path / "b", pak])
-    assert found[:7] == [
-        tmp_path / "a",
-        tmp_path / "b/baseoa",
-        tmp_path / "b/baseq3",
-        pak,
-        tmp_path / "c",
-        home / ".q3a/baseq3",
-        home / ".openarena/baseoa",
-    ]
-    assert all(path.name in ("baseoa", "baseq3") for path in found[7:])
-
-
-@pytest.mark.usefixtures("no_installs")
-def test_search_path_refuses_what_does_not_exist(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert search_path() == []
-    with pytest.raises(AssetError, match="gone: expected a game folder"):
-        search_path([tmp_path / "gone"])
-    monkeypatch.setenv("FOLLOWSPOT_ASSETS", str(tmp_path / "gone"))
-    with pytest.raises(AssetError, match="gone: environment variable FOLLOWSPOT_ASSETS: expected"):
-        search_path()
-
-
-def test_levels_are_located_by_name_path_and_pak(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    game = write_files(tmp_path / "game", {"maps/One.bsp": "game one", "maps/two.bsp": "game two"})
-    mine = write_files(tmp_path / "mine", {"maps/one.bsp": "my one", "textures/t.tga": "t"})
-    write_files(tmp_path / "loose", {"one.bsp": "bare one"})
-    single = write_pak(tmp_path / "Single.pk3", {"maps/one.bsp": "packed one", "x.txt": ""})
-    many = write_pak(tmp_path / "many.pk3", {"maps/one.bsp": "1", "maps/sub/two.bsp": "2"})
-    monkeypatch.chdir(mine / "maps")
-
-    def read(name: str) -> tuple[str, str]:
-        archive, entry = locate_level(name, [game])
-        with archive:
-            assert archive.exists("maps/two.bsp")  # the search path is always there
-            return entry, archive.read(entry).decode()
-
-    for name in ("one", "ONE", "maps/one.bsp", "Maps\\One.BSP", "one.BSP"):
-        assert read(name) == ("maps/one.bsp", "game one")
-    assert read("one.bsp") == ("maps/one.bsp", "my one")  # a file in the working directory
-    assert read(str(mine / "maps/one.bsp")) == ("maps/one.bsp", "my one")
-    assert read("../maps/one.bsp") == ("maps/one.bsp", "my one")
-    assert read(str(tmp_path / "loose/one.bsp")) == ("one.bsp", "bare one")
-    assert read(str(single)) == ("maps/one.bsp", "packed one")
-    assert read(f"{single}:ONE") == ("maps/one.bsp", "packed one")
-    assert read(f"{many}:maps/sub/two.bsp") == ("maps/sub/two.bsp", "2")
-    archive, _ = locate_level(str(mine / "maps/one.bsp"), [])
-    with archive:
-        assert archive.read("textures/t.tga") == b"t"
-
-
-def test_levels_that_cannot_be_located_say_what_is_near(tmp_path: Path) -> None:
-    game = write_files(tmp_path / "game", {f"maps/oa_dm{i}.bsp": "" for i in range(1, 4)})
-    many = write_pak(tmp_path / "many.pk3", {"maps/one.bsp": "", "maps/two.bsp": ""})
-    none = write_pak(tmp_path / "none.pk3", {"x": ""})
-
-    def refused(name: str, search: list[Path]) -> AssetError:
-        with pytest.raises(AssetError) as caught:
-            locate_level(name, search)
-        assert "\n" not in str(caught.value)
-        return caught.value
-
-    error = refused("oa_dm1x", [game, many])
-    assert error.source == "oa_dm1x"
-    assert f"in {game}, {many}" in error.expected
-    assert error.found.startswith("none; close names are oa_dm1, ")
-    assert refused("zzz", [game]).found == "none"
-    assert "name one with --assets" in refused("oa_dm1", []).expected
-    assert refused(str(tmp_path / "gone/maps/oa_dm2.bsp"), [game]).found == "none"
-    assert refused(str(tmp_path / "gone.pk3"), []).source == str(tmp_path / "gone.pk3")
-    assert refused(str(many), []).found == "one, two"
-    assert refused(str(none), []).found == "no level"
-    error = refused(f"{many}:tow", [])
-    assert (error.place, error.found) == ("tow", "none; close names are two")
-    refused("x" * 5000, [game])
-    refused("a\0b", [game])
-
-
 @pytest.mark.openarena
 def test_openarena_is_one_archive() -> None:
     with Archive.open([OPENARENA]) as archive:
-        levels = list_levels(archive)
-        assert len(levels) >= 85
+        assert len(archive.names("maps/", ".bsp")) >= 85
         assert archive.source("maps/oa_dm5.bsp") == "pak1-maps.pk3:maps/oa_dm5.bsp"
         assert archive.read("maps/oa_dm5.bsp")[:8] == struct.pack("<4si", b"IBSP", 46)
         scripts = archive.names("scripts/", ".shader")
         assert scripts
         for name in scripts:
             assert archive.read(name)
-
-
-@pytest.mark.openarena
-def test_openarena_is_found_without_being_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("FOLLOWSPOT_ASSETS", raising=False)
-    found = search_path()
-    assert OPENARENA in found
-    archive, entry = locate_level("OA_DM5", found)
-    with archive:
-        assert entry == "maps/oa_dm5.bsp"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image as PillowImage
 
@@ -256,6 +256,7 @@ def test_damaged_exif_is_no_concern() -> None:
     assert decode(jpg[:2] + segment + jpg[20:], "x.jpg").size == (8, 8)
 
 
+@settings(deadline=None)
 @given(
     st.sampled_from(sorted(FIXTURES)),
     st.lists(st.tuples(st.integers(0, 80), st.integers(0, 255)), min_size=1, max_size=4),
@@ -348,6 +349,7 @@ def test_transfer_functions_have_the_standards_values() -> None:
     assert linear_to_srgb(np.zeros(2, np.float32)).dtype == np.float32
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(-1, 100), min_size=1))
 def test_transfer_functions_are_each_others_inverse(values: list[float]) -> None:
     x = np.array(values)

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from shader_fixtures import ParseResult, parse
 
 from followspot.assets.archive import Archive
-from followspot.assets.shader_parser import MAX_SCRIPT_BYTES, ParseResult, load_scripts, parse
+from followspot.assets.shader_parser import MAX_SCRIPT_BYTES, load_scripts
 from followspot.assets.shader_script import ShaderScript, Stage, lookup_name
 from followspot.assets.shader_values import (
     AlphaTest,
@@ -216,6 +217,7 @@ _TEXTS = st.one_of(
 )
 
 
+@settings(deadline=None)
 @given(_TEXTS)
 def test_no_text_raises_and_lines_lie_in_the_text(text: str) -> None:
     result = parse(text, "a.shader")
@@ -293,6 +295,7 @@ class _Printer:
         return line
 
 
+@settings(deadline=None)
 @given(st.data())
 def test_printed_entries_parse_to_what_was_printed(data: st.DataObject) -> None:
     printer = _Printer(data)
@@ -343,8 +346,7 @@ def test_of_entries_with_one_name_the_engines_choice_wins() -> None:
             "A.pk3:maps/c.shader": b"pak { map }",
         }
     )
-    scripts, problems = load_scripts(files)
-    assert problems == ()
+    scripts = load_scripts(files)
     assert {name: str(shader.directives[0]) for name, shader in scripts.items()} == {
         "pak": "a",
         "script": "last",
@@ -352,6 +354,27 @@ def test_of_entries_with_one_name_the_engines_choice_wins() -> None:
         "loose": "a",
     }
     assert scripts["script"].source == "A.pk3:scripts/b.shader"
+    assert scripts.problems == ()
+
+
+def test_only_entries_that_are_asked_for_are_read_and_have_problems() -> None:
+    text = b"good { cull none }\nbad\n{\n  cull sideways\n}\nlost { { { } } }\nworse { sort up }"
+    scripts = load_scripts(_Files({"p.pk3:scripts/a.shader": text}))
+    assert list(scripts) == ["good", "bad", "worse"]
+    lost = ("line 6", "'{'")
+    assert [(problem.place, problem.found) for problem in scripts.problems] == [lost]
+
+    assert scripts["good"].cull is Sides.BOTH
+    assert scripts.get("lost") is None
+    assert [(problem.place, problem.found) for problem in scripts.problems] == [lost]
+
+    wrong = ("line 4", "'cull sideways'")
+    for _ in range(2):  # a problem is told once, however often its entry is asked for
+        assert scripts["bad"].cull is Sides.FRONT
+        assert [(problem.place, problem.found) for problem in scripts.problems] == [lost, wrong]
+    assert scripts["bad"] is scripts["bad"]
+    with pytest.raises(KeyError):
+        scripts["lost"]
 
 
 def test_a_bad_file_is_a_problem_and_the_others_are_kept() -> None:
@@ -364,10 +387,10 @@ def test_a_bad_file_is_a_problem_and_the_others_are_kept() -> None:
             "p.pk3:scripts/d.shader": b"",
         }
     )
-    scripts, problems = load_scripts(files)
+    scripts = load_scripts(files)
     assert list(scripts) == ["a"]
-    assert problems[1] is broken
-    assert [(problem.source, problem.place) for problem in problems] == [
+    assert scripts.problems[1] is broken
+    assert [(problem.source, problem.place) for problem in scripts.problems] == [
         ("p.pk3:scripts/c.shader", ""),
         ("p.pk3:scripts/b.shader", ""),
         ("p.pk3:scripts/a.shader", "line 2"),
@@ -405,9 +428,12 @@ def test_every_openarena_script_parses() -> None:
 @pytest.mark.openarena
 def test_known_openarena_entries() -> None:
     with Archive.open([BASEOA]) as archive:
-        scripts, problems = load_scripts(archive)
+        scripts = load_scripts(archive)
     assert len(scripts) >= 1575
-    assert [problem.source for problem in problems] == ["pak6-patch088.pk3:scripts/hotmenu.shader"]
+    assert not scripts.problems  # no entry is lost
+    assert len(list(scripts.values())) == len(scripts)  # now all are read
+    sources = [problem.source for problem in scripts.problems]
+    assert sources == ["pak6-patch088.pk3:scripts/hotmenu.shader"]
 
     desert = scripts["textures/cosmo_skies/desertsky1"]
     assert desert.source == "pak6-patch088.pk3:scripts/cosmoflash.shader"

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from shader_fixtures import parse
 
-from followspot.assets.shader_parser import parse
 from followspot.assets.shader_script import ShaderScript, Stage, lookup_name
 from followspot.assets.shader_values import (
     AlphaTest,

@@ -13,6 +13,10 @@ directives, one a line, and stages: braces again, with directives of their own.
         }
     }
 
+A level needs a hundred entries of the thousands that there are. So a script is read in two
+steps: `find_entries` only matches braces and takes the names; the words of a body are cut when
+`Entry.read` is asked for them.
+
 The words are cut as in ioquake3's ``COM_Compress`` and ``COM_ParseExt``
 (``code/qcommon/q_shared.c``). What the engine is strict about is forgiven where the meaning is
 plain: braces may touch a word, a quote left open ends with its line, and where the engine
@@ -20,7 +24,7 @@ would drop a whole file, only the entry at fault is lost.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -32,18 +36,14 @@ MAX_SCRIPT_BYTES = 4 << 20
 """Largest script that is read; the largest of OpenArena's has 120 kB."""
 
 # Whatever is no token separates tokens: spaces, control characters and, as in the engine,
-# every byte above 127, among them a UTF-8 byte order mark. A lone carriage return ends a line.
-_TOKEN = re.compile(
-    r"""
-      \r\n? | \n                                  # end of line
-    | //[^\r\n]* | /\*.*?(?:\*/|\Z)               # comments, also in the middle of a word
-    | "[^"\r\n]*"?                                # quoted word
-    | [{}]
-    | (?: [!-.0-z|~\x7f] | /(?![/*]) )+           # word
-    """,
-    re.VERBOSE | re.DOTALL,
+# every byte above 127, among them a UTF-8 byte order mark.
+_COMMENT = r"//[^\n]*+ | /\*.*?(?:\*/|\Z)"  # also in the middle of a word
+_QUOTED = r'"[^"\n]*+"?'
+_WORD = r"(?: [!-.0-z|~\x7f]++ | /(?![/*]) )++"
+_TOKEN = re.compile(rf"\n | {_COMMENT} | {_QUOTED} | [{{}}] | {_WORD}", re.VERBOSE | re.DOTALL)
+_UP_TO_BRACE = re.compile(
+    rf"(?: [^!-\x7f]++ | {_COMMENT} | {_QUOTED} | {_WORD} )*+", re.VERBOSE | re.DOTALL
 )
-_LINE_END = re.compile(r"\r\n?|\n")
 
 
 class ReadsScripts(Protocol):
@@ -60,22 +60,70 @@ class ReadsScripts(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class ParseResult:
-    """What a script holds, and what is wrong with it.
+class Entry:
+    """An entry whose braces match, at most two deep, and whose words are still to be cut.
 
     Args:
-        shaders: In the order of the file; a name may occur twice.
-        problems: Entries that are lost, then arguments that the engine does not know.
+        name: Lower case, with forward slashes.
+        source: The file.
+        line: Line of the name.
+        body: The text between the braces.
+        body_line: Line of the opening brace.
     """
 
-    shaders: tuple[ShaderScript, ...]
-    problems: tuple[AssetError, ...]
+    name: str
+    source: str
+    line: int
+    body: str
+    body_line: int
+
+    def read(self) -> ShaderScript:
+        """Cut the body into directives and stages."""
+        general: list[Directive] = []
+        stages: list[Stage] = []
+        directives, stage_line = general, 0
+        for line, statement in _statements(self.body, self.body_line):
+            if statement == "{":
+                directives, stage_line = [], line
+            elif statement == "}":
+                stages.append(Stage(tuple(directives), stage_line))
+                directives = general
+            else:
+                directives.append(Directive(statement[0].lower(), tuple(statement[1:]), line))
+        return ShaderScript(self.name, self.source, self.line, tuple(general), tuple(stages))
 
 
-def load_scripts(
-    archive: ReadsScripts,
-) -> tuple[dict[str, ShaderScript], tuple[AssetError, ...]]:
-    """Parse every ``scripts/*.shader`` of an archive.
+class Scripts(Mapping[str, ShaderScript]):
+    """The entries of an archive's scripts by their names, each read when it is first asked for.
+
+    Ask with `lookup_name`.
+    """
+
+    def __init__(self, entries: Mapping[str, Entry], lost: tuple[AssetError, ...]) -> None:
+        self._entries = entries
+        self._lost = lost
+        self._read: dict[str, ShaderScript] = {}
+
+    def __getitem__(self, name: str) -> ShaderScript:
+        if name not in self._read:
+            self._read[name] = self._entries[name].read()
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    @property
+    def problems(self) -> tuple[AssetError, ...]:
+        """Files and entries that are lost, then wrong arguments in the entries read so far."""
+        wrong = (problem for shader in self._read.values() for problem in shader.problems)
+        return (*self._lost, *wrong)
+
+
+def load_scripts(archive: ReadsScripts) -> Scripts:
+    """Find the entries in every ``scripts/*.shader`` of an archive.
 
     Of several entries with one name the engine's choice holds, which is not the one of files:
     it joins all scripts, the first pak's in front (``ScanAndLoadShaderFiles``), and the first
@@ -83,12 +131,10 @@ def load_scripts(
     a later pak; loose files come last. The scripts of one pak are joined from the last to the
     first; in the pak's own order in the engine, by name here.
 
-    Returns:
-        The entries by their `ShaderScript.name`, to be asked with `lookup_name`; and what is
-        wrong in any of the files. An unreadable file is one problem, the others are kept.
+    An unreadable file is one of the result's problems; the others are kept.
     """
-    scripts: dict[str, ShaderScript] = {}
-    problems: list[AssetError] = []
+    found: dict[str, Entry] = {}
+    lost: list[AssetError] = []
     names = sorted(archive.names("scripts/", ".shader"), reverse=True)
     for name in sorted(names, key=lambda name: _joining_order(archive.source(name))):
         try:
@@ -97,13 +143,13 @@ def load_scripts(
                 expected = f"a script of at most {MAX_SCRIPT_BYTES} bytes"
                 raise AssetError(archive.source(name), expected=expected, found=f"{len(data)}")
         except AssetError as error:
-            problems.append(error)
+            lost.append(error)
             continue
-        result = parse(data.decode("latin-1"), archive.source(name))
-        problems += result.problems
-        for shader in result.shaders:
-            scripts.setdefault(shader.name, shader)
-    return scripts, tuple(problems)
+        entries, problems = find_entries(data.decode("latin-1"), archive.source(name))
+        lost += problems
+        for entry in entries:
+            found.setdefault(entry.name, entry)
+    return Scripts(found, tuple(lost))
 
 
 def _joining_order(source: str) -> tuple[bool, str]:
@@ -112,8 +158,8 @@ def _joining_order(source: str) -> tuple[bool, str]:
     return not inside, pak
 
 
-def parse(text: str, source: str) -> ParseResult:
-    """Parse a script, whatever its text, in time linear in its length.
+def find_entries(text: str, source: str) -> tuple[list[Entry], list[AssetError]]:
+    """Find a script's entries, whatever its text, in time linear in its length.
 
     An entry is lost, with one problem, where its name or a brace is missing, where braces nest
     deeper than stages, or where the text ends or the next entry begins inside it. An entry is
@@ -123,38 +169,57 @@ def parse(text: str, source: str) -> ParseResult:
     Args:
         text: The script, bytes decoded as Latin-1.
         source: The file's name for records and errors.
+
+    Returns:
+        The entries in the order of the file, where a name may occur twice; and what is wrong
+        with the entries that are lost.
     """
-    parser = _Parser(source)
-    for line, statement in _statements(text):
-        if isinstance(statement, list):
-            parser.words(line, statement)
-        elif statement == "{":
-            parser.open(line)
+    text = text.replace("\r\n", "\n").replace("\r", "\n")  # a lone one ends a line, too
+    finder = _Finder(text, source)
+    start, line = 0, 1
+    while True:
+        end = _end_of_words(text, start)
+        words = text[start:end]
+        finder.words(line, words)
+        line += words.count("\n")
+        if end == len(text):
+            finder.end()
+            return finder.entries, finder.problems
+        start = end + 1
+        if text[end] == "{":
+            finder.open(line, start)
         else:
-            parser.close(line)
-    parser.end()
-    for shader in parser.shaders:
-        parser.problems += shader.problems
-    return ParseResult(tuple(parser.shaders), tuple(parser.problems))
+            finder.close(line, end)
 
 
-def _statements(text: str) -> Iterator[tuple[int, list[str] | str]]:
-    """Yield each brace, as a string, and the words between braces and line ends, as a list."""
-    line = start = 1
+def _end_of_words(text: str, start: int) -> int:
+    """Where the next brace stands that is one, not part of a comment or quote; or the end."""
+    match = _UP_TO_BRACE.match(text, start)
+    assert match  # it matches the empty text, too
+    return match.end()
+
+
+def _statements(text: str, line: int) -> Iterator[tuple[int, list[str] | str]]:
+    """Yield each brace, as a string, and the words between braces and line ends, as a list.
+
+    Args:
+        text: Part of a script, its lines ended by line feeds.
+        line: The one on which it begins.
+    """
+    start = line
     words: list[str] = []
-    for match in _TOKEN.finditer(text):
-        token = match.group()
+    for token in _TOKEN.findall(text):
         first = token[0]
-        if first in "\r\n{}":
+        if first in "\n{}":
             if words:
                 yield start, words
                 words = []
-            if first in "{}":
-                yield line, first
-            else:
+            if first == "\n":
                 line += 1
+            else:
+                yield line, first
         elif token.startswith(("//", "/*")):
-            line += len(_LINE_END.findall(token))
+            line += token.count("\n")
         elif word := token.strip('"') if first == '"' else token:
             if not words:
                 start = line
@@ -163,90 +228,85 @@ def _statements(text: str) -> Iterator[tuple[int, list[str] | str]]:
         yield start, words
 
 
-class _Parser:
-    """Builds entries statement by statement; depth 0 is outside, 1 an entry, 2 a stage."""
+class _Finder:
+    """Matches braces; depth 0 is outside, 1 an entry, 2 a stage."""
 
-    def __init__(self, source: str) -> None:
+    def __init__(self, text: str, source: str) -> None:
+        self.text = text
         self.source = source
-        self.shaders: list[ShaderScript] = []
+        self.entries: list[Entry] = []
         self.problems: list[AssetError] = []
         self.depth = 0
         self.lost = False  # the text up to the next entry is given up, and a problem says why
         self.name = ""  # of the open entry; at depth 0, of the one whose brace is awaited
         self.name_line = 0
-        self.directives: list[Directive] = []
-        self.stages: list[Stage] = []
-        self.stage_line = 0
-        self.stage_directives: list[Directive] = []
-        self.last: Directive | None = None  # unless a brace came since
+        self.start = 0  # of the open entry's body
+        self.start_line = 0
+        self.last_words = 0, ""  # since the last brace inside an entry, with their line
 
-    def words(self, line: int, words: list[str]) -> None:
-        if self.depth == 0:
-            if self.name:
-                self.lose(line, f"'{{' after the name {self.name}", words[0])
-            elif len(words) > 1:
-                self.lose(line, f"'{{' after the name {words[0]}", words[1])
-            self.name = words[0] if len(words) == 1 else ""
-            self.name_line = line
+    def words(self, line: int, text: str) -> None:
+        """Take in what stands between two braces."""
+        if self.depth:
+            self.last_words = line, text
             return
-        self.last = Directive(words[0].lower(), tuple(words[1:]), line)
-        if self.depth == 1:
-            self.directives.append(self.last)
-        elif self.depth == 2:
-            self.stage_directives.append(self.last)
+        for at, words in _statements(text, line):
+            if self.name:
+                self.lose(at, f"'{{' after the name {self.name}", words[0])
+            elif len(words) > 1:
+                self.lose(at, f"'{{' after the name {words[0]}", words[1])
+            self.name = words[0] if len(words) == 1 else ""
+            self.name_line = at
 
-    def open(self, line: int) -> None:
-        last, self.last = self.last, None
+    def open(self, line: int, start: int) -> None:
+        """Take in an opening brace, behind which a body may start."""
         if self.depth == 0:
             if self.name:
-                self.begin_entry()
+                self.begin_entry(line, start)
                 return
             self.lose(line, "a name before the brace", "'{'")
-        elif last and not last.args and "/" in normalised_name(last.name):
-            self.lose(
-                self.name_line,
-                f"'}}' at the end of {self.name}",
-                f"{last.name} on line {last.line}",
-            )
-            self.name, self.name_line = last.name, last.line
-            self.begin_entry()
+        elif entry := self.name_inside():
+            at, name = entry
+            self.lose(self.name_line, f"'}}' at the end of {self.name}", f"{name} on line {at}")
+            self.name, self.name_line = name, at
+            self.begin_entry(line, start)
             return
-        elif self.depth == 1:
-            self.stage_line = line
-            self.stage_directives = []
-        else:
+        elif self.depth > 1:
             self.lose(line, f"no braces inside the stages of {self.name}", "'{'")
         self.depth += 1
 
-    def begin_entry(self) -> None:
+    def name_inside(self) -> tuple[int, str] | None:
+        """The line and name of an entry that begins inside the open one, if one does."""
+        line, text = self.last_words
+        if "/" not in text and "\\" not in text:
+            return None
+        statements = list(_statements(text, line))
+        if not statements:  # only comments
+            return None
+        at, words = statements[-1]
+        is_name = len(words) == 1 and "/" in normalised_name(words[0])
+        return (at, words[0].lower()) if is_name else None
+
+    def begin_entry(self, line: int, start: int) -> None:
         self.depth = 1
         self.lost = False
-        self.directives = []
-        self.stages = []
+        self.start, self.start_line = start, line
 
-    def close(self, line: int) -> None:
-        self.last = None
+    def close(self, line: int, end: int) -> None:
+        """Take in a closing brace, before which a body may end."""
         if self.depth == 0:
             self.lose(line, "the name of an entry", "'}'")
             self.name = ""
             return
         self.depth -= 1
-        if self.depth == 1:
-            self.stages.append(Stage(tuple(self.stage_directives), self.stage_line))
-        elif self.depth == 0:
+        if self.depth == 0:
             if not self.lost:
-                self.shaders.append(
-                    ShaderScript(
-                        normalised_name(self.name),
-                        self.source,
-                        self.name_line,
-                        tuple(self.directives),
-                        tuple(self.stages),
-                    )
-                )
+                name, body = normalised_name(self.name), self.text[self.start : end]
+                entry = Entry(name, self.source, self.name_line, body, self.start_line)
+                self.entries.append(entry)
             self.name = ""
 
     def end(self) -> None:
+        """Take in the end of the file."""
         if self.depth:
             self.lose(self.name_line, f"'}}' at the end of {self.name}", "the end of the file")
         elif self.name:

@@ -1,0 +1,212 @@
+"""Quake III players: a folder of three models that tags join, with skins and animations.
+
+``models/players/NAME`` holds lower.md3 (legs), upper.md3 (torso) and head.md3, a skin for each of
+them, and animation.cfg. What is missing or broken there is listed, and the rest stands.
+
+Sources: ``CG_RegisterClientModelname`` and ``CG_Player`` of ioquake3's ``cg_players.c``,
+``RE_RegisterSkin`` of its ``tr_image.c``.
+"""
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from followspot.assets.animation import Animation, AnimationConfig, Pose, parse_animation_config
+from followspot.assets.archive import Archive, normalise
+from followspot.assets.md3 import Md3Model, between, read_md3
+from followspot.errors import AssetError
+from followspot.spaces import Mat4
+
+FOLDER = "models/players/"
+PARTS = ("lower", "upper", "head")
+DEFAULT_SKIN = "default"
+
+_JOINTS = {"upper": ("lower", "tag_torso"), "head": ("upper", "tag_head")}
+_PLAYED_BY = {"both": ("lower", "upper"), "legs": ("lower",), "torso": ("upper",)}
+
+Read = TypeVar("Read")
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One of a player's models, dressed."""
+
+    model: Md3Model
+    textures: tuple[str | None, ...]
+    """What each of the model's surfaces wears: a shader's or an image's normalised name, or None
+    where the skin is missing or says nothing of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Player:
+    """A player's parts, joined by `join`; Quake units, X forward, Z up, feet at about -24."""
+
+    name: str
+    """The folder's name."""
+    skin: str
+    """Which of its skins it wears: ``default``, ``red``, ``blue`` or another."""
+    parts: dict[str, Part]
+    """By the names in `PARTS`, in their order, without the missing ones."""
+    config: AnimationConfig
+    """What animation.cfg says, with every animation cut to the frames of the parts that play it;
+    without one, there are no animations, and frame 0 is all there is to show."""
+    problems: tuple[AssetError, ...]
+    """What is missing, broken or more than the parts have."""
+
+
+def list_players(archive: Archive) -> list[str]:
+    """List the players' names, sorted: every folder with a part in it."""
+    found = (name.removeprefix(FOLDER).split("/") for name in archive.names(FOLDER, ".md3"))
+    parts = {f"{part}.md3" for part in PARTS}
+    return sorted({path[0] for path in found if len(path) == 2 and path[1] in parts})
+
+
+def load_player(archive: Archive, name: str) -> Player:
+    """Read a player.
+
+    Args:
+        archive: Where its files are read from.
+        name: As in the game: ``sarge``, or ``sarge/red`` for another skin than the default.
+
+    Raises:
+        AssetError: There is no such player (the message proposes close names), or none of its
+            parts can be read. All else that is wrong is in `Player.problems`.
+    """
+    name, _, skin = normalise(name).partition("/")
+    skin = skin or DEFAULT_SKIN
+    folder = f"{FOLDER}{name}/"
+    players = list_players(archive)
+    if name not in players:
+        close = ", ".join(difflib.get_close_matches(name, players)) or ", ".join(players)
+        expected = "a folder with lower.md3, upper.md3 and head.md3"
+        found = f"none; there are {close}" if close else "none"
+        raise AssetError(folder, expected=expected, found=found)
+
+    problems: list[AssetError] = []
+
+    def read(entry: str, parse: Callable[[bytes, str], Read]) -> Read | None:
+        try:
+            return parse(archive.read(entry), archive.source(entry))
+        except AssetError as error:
+            problems.append(error)
+            return None
+
+    models = {part: read(f"{folder}{part}.md3", read_md3) for part in PARTS}
+    if not any(models.values()):
+        raise problems[0]
+    parts: dict[str, Part] = {}
+    for part, model in models.items():
+        if model is not None:
+            entry = f"{folder}{part}_{skin}.skin"
+            worn = read(entry, lambda data, source: parse_skin(data.decode("latin-1"), source))
+            parts[part] = Part(model, tuple((worn or {}).get(s.name) for s in model.surfaces))
+            if worn is not None:
+                problems += _undressed(parts[part], archive.source(entry))
+    entry = f"{folder}animation.cfg"
+    config = read(
+        entry, lambda data, source: parse_animation_config(data.decode("latin-1"), source)
+    )
+    problems += _unjoined(parts)
+    if config is None:
+        config = AnimationConfig(animations={})
+    else:
+        config, excess = _fitted(config, parts, archive.source(entry))
+        problems += excess
+    return Player(name, skin, parts, config, tuple(problems))
+
+
+def parse_skin(text: str, source: str) -> dict[str, str]:
+    """Parse a ``.skin`` file: lines of ``surface,texture``.
+
+    Lines about tags, and surfaces without a texture, are passed over.
+
+    Args:
+        text: The whole file.
+        source: Its name for errors.
+
+    Returns:
+        Shader's or image's normalised name by surface, both in lower case; the first line that
+        names a surface counts, as in the game.
+
+    Raises:
+        AssetError: A line is none of the above; with its number.
+    """
+    textures: dict[str, str] = {}
+    for number, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), 1):
+        line = line.partition("//")[0].strip(" \t\0")
+        surface, comma, texture = (word.strip('" \t') for word in line.partition(","))
+        if not line or "tag_" in surface.lower():
+            continue
+        if not surface or not comma:
+            place, found = f"line {number}", repr(line[:40])
+            raise AssetError(source, place=place, expected="surface,texture", found=found)
+        if texture:  # OpenArena takes off a hat by leaving it out
+            textures.setdefault(surface.lower(), normalise(texture))
+    return textures
+
+
+def join(player: Player, world_from_player: Mat4, legs: Pose, torso: Pose) -> dict[str, Mat4]:
+    """Place a player's parts, and what it holds.
+
+    Args:
+        player: Whose tags join them. Where a part or its tag is missing, the next one stands in
+            its place.
+        world_from_player: (4, 4) or (n, 4, 4) float64; the origin is 24 units above the floor.
+        legs: Frames of the lower part.
+        torso: Frames of the upper part. The head has one frame.
+
+    Returns:
+        ``world_from_part`` for ``lower``, ``upper``, ``head`` and ``weapon``, each of the shape of
+        the arguments broadcast together.
+    """
+    world_from_lower = world_from_player
+    world_from_upper = world_from_lower @ _joint(player, "lower", "tag_torso", legs)
+    world_from_head = world_from_upper @ _joint(player, "upper", "tag_head", torso)
+    world_from_weapon = world_from_upper @ _joint(player, "upper", "tag_weapon", torso)
+    names = (*PARTS, "weapon")
+    placed = (world_from_lower, world_from_upper, world_from_head, world_from_weapon)
+    return dict(zip(names, np.broadcast_arrays(*placed), strict=True))
+
+
+def _joint(player: Player, part: str, tag: str, pose: Pose) -> Mat4:
+    """The (..., 4, 4) ``part_from_next`` of a tag; the identity where there is none."""
+    keys = player.parts[part].model.tags.get(tag) if part in player.parts else None
+    return np.eye(4) if keys is None else between(keys, pose)
+
+
+def _undressed(part: Part, skin_source: str) -> list[AssetError]:
+    dressed = zip(part.model.surfaces, part.textures, strict=True)
+    bare = (surface for surface, texture in dressed if texture is None and surface.indices.size)
+    return [
+        AssetError(skin_source, place=name, expected="a line surface,texture", found="none")
+        for name in dict.fromkeys(surface.name for surface in bare)
+    ]
+
+
+def _unjoined(parts: dict[str, Part]) -> list[AssetError]:
+    """Tell which parts have another to carry but no tag for it."""
+    return [
+        AssetError(parts[below].model.source, place=tag, expected="a tag", found="none")
+        for part, (below, tag) in _JOINTS.items()
+        if part in parts and below in parts and tag not in parts[below].model.tags
+    ]
+
+
+def _fitted(
+    config: AnimationConfig, parts: dict[str, Part], source: str
+) -> tuple[AnimationConfig, list[AssetError]]:
+    """Cut animations to the frames that there are, and tell which needed it."""
+    animations: dict[str, Animation] = {}
+    problems: list[AssetError] = []
+    for name, animation in config.animations.items():
+        players = [parts[p] for p in _PLAYED_BY[name.partition("_")[0]] if p in parts]
+        frame_count = min((len(part.model.frames) for part in players), default=1)
+        animations[name] = animation.clipped(frame_count)
+        if players and animations[name] != animation:
+            last = animation.first + animation.count - 1
+            expected, found = f"frames below {frame_count}", f"{animation.first} to {last}"
+            problems.append(AssetError(source, place=name, expected=expected, found=found))
+    return replace(config, animations=animations), problems

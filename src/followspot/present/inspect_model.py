@@ -1,0 +1,253 @@
+"""What is in a model or a whole player, and what is missing."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from followspot.assets import image
+from followspot.assets.animation import Animation
+from followspot.assets.archive import Archive
+from followspot.assets.locate import search_path
+from followspot.assets.md2 import Md2Model, read_md2
+from followspot.assets.md3 import Md3Model, read_md3
+from followspot.assets.model_file import (
+    MODEL_SUFFIXES,
+    find_model_image,
+    images_beside,
+    locate_model,
+)
+from followspot.assets.player import Player, load_player
+from followspot.assets.shader_parser import load_scripts
+from followspot.assets.shader_script import lookup_name
+from followspot.scene import material
+
+PLAYER = "player:"
+
+
+def is_model(name: str) -> bool:
+    """Whether a name on the command line means a model or a player, not a level."""
+    return name.startswith(PLAYER) or name.lower().endswith(MODEL_SUFFIXES)
+
+
+def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
+    """Everything that can be told of a model without drawing it, ready for JSON.
+
+    Args:
+        name: ``player:NAME``, ``player:NAME/SKIN``, or a model's file.
+        assets: Game folders and pk3 files to look in first.
+
+    Raises:
+        AssetError: The model cannot be read.
+    """
+    search = search_path(assets)
+    if name.startswith(PLAYER):
+        with Archive.open(search) as archive:
+            return {"name": name, **_player(archive, load_player(archive, name[len(PLAYER) :]))}
+    archive, entry = locate_model(name, search)
+    with archive:
+        data, source = archive.read(entry), archive.source(entry)
+        if entry.endswith(".md2"):
+            return {"name": name, **_md2(archive, entry, read_md2(data, source))}
+        return {"name": name, **_md3(archive, entry, read_md3(data, source))}
+
+
+def tell(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
+    """Run ``followspot inspect`` for a model."""
+    found = inspect(name, assets)
+    if as_json:
+        print(msgspec.json.format(msgspec.json.encode(found)).decode())
+        return
+    console = Console(highlight=False)
+    console.print(f"[bold]{found['name']}[/]  {found['file']}")
+    console.print(", ".join(f"{count} {what}" for what, count in found["counts"].items()))
+    if "bounds" in found:
+        console.print("bounds {mins} to {maxs} {unit}, over all frames".format(**found["bounds"]))
+    for title in ("tags", "sex", "footsteps"):
+        if found.get(title):
+            console.print(f"{title}: {_cell(found[title])}")
+    for title in ("parts", "surfaces", "skins", "animations"):
+        if found.get(title):
+            console.print(_table(title, found[title]))
+    for missing in found["missing"]:
+        tried = ", ".join(missing["tried"])
+        console.print(f"missing: {missing['name']} (tried {tried})", style="red", markup=False)
+    for problem in found["problems"]:
+        console.print(f"passed over: {problem}", style="yellow", markup=False)
+
+
+class _Images:
+    """Finds what surfaces wear, through shader scripts as levels do; keeps what is missing."""
+
+    def __init__(self, archive: Archive, entry: str | None) -> None:
+        self.archive = archive
+        self.entry = entry
+        self.scripts = load_scripts(archive)
+        self.missing: dict[str, list[str]] = {}
+
+    def find(self, name: str) -> str | None:
+        """Path of the image that a shader's or an image's name comes down to."""
+        return material.from_script(name, self.scripts.get(lookup_name(name)), self._find).image
+
+    def _find(self, name: str) -> str | None:
+        if self.entry is None:
+            found, tried = image.find_image(self.archive, name)
+        else:
+            found, tried = find_model_image(self.archive, self.entry, name)
+        if found is None:
+            self.missing[name] = tried
+        return found
+
+
+def _md2(archive: Archive, entry: str, model: Md2Model) -> dict[str, Any]:
+    missing: dict[str, list[str]] = {}
+    skins: dict[str, str | None] = {}
+    for name in model.skins:
+        skins[name], tried = find_model_image(archive, entry, name)
+        if skins[name] is None:
+            missing[name] = tried
+    if not any(skins.values()):
+        skins |= {name: name for name in images_beside(archive, entry)}
+    if not skins:
+        stem = entry.rpartition(".")[0]
+        skins[stem], missing[stem] = image.find_image(archive, stem)
+    frames, vertices, _ = model.positions.shape
+    return {
+        "file": model.source,
+        "counts": {
+            "frames": frames,
+            "triangles": len(model.indices) // 3,
+            "vertices": vertices,
+            "skins": len(skins),
+        },
+        "bounds": _bounds([model.positions]),
+        "skins": [{"name": name, "image": found} for name, found in skins.items()],
+        "animations": _animations(model.animations),
+        "missing": _missing(missing),
+        "problems": [],
+    }
+
+
+def _md3(archive: Archive, entry: str, model: Md3Model) -> dict[str, Any]:
+    images = _Images(archive, entry)
+    return {
+        "file": model.source,
+        "counts": _counts([model]),
+        "bounds": _bounds([surface.positions for surface in model.surfaces]),
+        "surfaces": _surfaces(model, [next(iter(s.shaders), None) for s in model.surfaces], images),
+        "tags": list(model.tags),
+        "animations": [],
+        "missing": _missing(images.missing),
+        "problems": [],
+    }
+
+
+def _player(archive: Archive, player: Player) -> dict[str, Any]:
+    images = _Images(archive, None)
+    config = player.config
+    return {
+        "file": f"models/players/{player.name}",
+        "skin": player.skin,
+        "counts": _counts([part.model for part in player.parts.values()]),
+        "parts": [
+            {
+                "name": name,
+                "file": part.model.source,
+                "frames": len(part.model.frames),
+                "tags": list(part.model.tags),
+            }
+            for name, part in player.parts.items()
+        ],
+        "surfaces": [
+            {"part": name, **surface}
+            for name, part in player.parts.items()
+            for surface in _surfaces(part.model, part.textures, images)
+        ],
+        "sex": config.sex,
+        "footsteps": config.footsteps,
+        "head_offset": config.head_offset,
+        "fixed_legs": config.fixed_legs,
+        "fixed_torso": config.fixed_torso,
+        "animations": _animations(config.animations),
+        "missing": _missing(images.missing),
+        "problems": [str(problem) for problem in player.problems],
+    }
+
+
+def _counts(models: Sequence[Md3Model]) -> dict[str, int]:
+    surfaces = [surface for model in models for surface in model.surfaces]
+    return {
+        "frames": max(len(model.frames) for model in models),
+        "surfaces": len(surfaces),
+        "triangles": sum(len(surface.indices) for surface in surfaces) // 3,
+        "vertices": sum(len(surface.texcoords) for surface in surfaces),
+        "tags": sum(len(model.tags) for model in models),
+    }
+
+
+def _bounds(positions: Sequence[Any]) -> dict[str, Any]:
+    """The box round all frames; None to None where there are no vertices."""
+    points = np.concatenate([frames.reshape(-1, 3) for frames in positions] or [np.empty((0, 3))])
+    if not len(points):
+        return {"mins": None, "maxs": None, "unit": "Quake units"}
+    mins, maxs = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return {
+        "mins": [round(number, 3) for number in mins],
+        "maxs": [round(number, 3) for number in maxs],
+        "unit": "Quake units",
+    }
+
+
+def _surfaces(
+    model: Md3Model, textures: Sequence[str | None], images: _Images
+) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": surface.name,
+            "triangles": len(surface.indices) // 3,
+            "vertices": len(surface.texcoords),
+            "texture": texture,
+            "image": images.find(texture) if texture and surface.indices.size else None,
+        }
+        for surface, texture in zip(model.surfaces, textures, strict=True)
+    ]
+
+
+def _animations(animations: Mapping[str, Animation]) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": name,
+            "first": a.first,
+            "frames": a.count,
+            "looping": a.looping,
+            "fps": a.fps,
+            **({"reversed": True} if a.is_reversed else {}),
+        }
+        for name, a in animations.items()
+    ]
+
+
+def _missing(names: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
+    return [{"name": name, "tried": list(tried)} for name, tried in names.items()]
+
+
+def _table(title: str, rows: Sequence[Mapping[str, Any]]) -> Table:
+    """A table of alike rows; numbers to the right, what is not there as white."""
+    keys = list(rows[0])
+    table = Table(*keys, title=title, title_justify="left")
+    for column, key in zip(table.columns, keys, strict=True):
+        column.justify = "right" if isinstance(rows[0][key], int | float) else "left"
+        column.overflow = "fold"
+    for row in rows:
+        table.add_row(*(_cell(row.get(key)) for key in keys))
+    return table
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "[red]white[/]"
+    return ", ".join(value) if isinstance(value, list) else f"{value}"
