@@ -1,0 +1,75 @@
+"""Shadow maps that are spent on what the camera sees: still the same shadows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_shadows import report, texel_at_one
+
+from conftest import Draw
+from followspot.passes.view import View
+from followspot.present.renderer import Renderer
+from followspot.scene.scene import Scene
+from followspot.scene.settings import Settings
+from synthetic import box, camera, make_scene, quad, spot
+
+pytestmark = pytest.mark.gl
+
+GRID = range(-950, 951, 100)
+
+
+def wide_scene() -> Scene:
+    """A yard of boxes under one light, so large that a camera sees a small part of it."""
+    random = np.random.default_rng(4)
+    pieces = [quad((x, y, 0), (50, 0, 0), (0, 50, 0)) for x in GRID for y in GRID]
+    for x, y in random.uniform(-900, 900, (60, 2)):
+        pieces += box((x, y, 0), (x + 30, y + 40, random.uniform(20, 120)))
+    return make_scene(pieces, spot((300, -200, 1500), (0, 0, 0), 40))
+
+
+def test_fitted_shadow_map_is_kept_while_the_camera_moves_a_little(renderer: Renderer) -> None:
+    scene, settings = wide_scene(), Settings()
+    places = [camera((k * 0.5, 0, 60), yaw=k * 0.2, pitch=10) for k in range(100)]
+    redrawn = [report(renderer, scene, place, settings).shadow_redrawn for place in places]
+    assert redrawn[0] and sum(redrawn) < 30
+    assert not any(report(renderer, scene, places[-1], settings).shadow_redrawn for _ in range(3))
+
+
+def test_fitted_shadow_map_depends_on_no_earlier_frame(draw: Draw) -> None:
+    """Frame k drawn alone is frame k of the film."""
+    scene = wide_scene()
+    places = [camera((k * 7, 0, 60), yaw=k * 3, pitch=10) for k in range(12)]
+    film = [draw(scene, place, View.SHADOW) for place in places]
+    for place, frame in reversed(list(zip(places, film, strict=True))):
+        draw(replace(scene, level=wide_scene().level), places[0], View.SHADOW)
+        np.testing.assert_array_equal(draw(scene, place, View.SHADOW), frame)
+
+
+def test_fitted_shadow_map_is_sharper_where_the_camera_sees_little(
+    renderer: Renderer, draw: Draw
+) -> None:
+    scene, view = wide_scene(), camera((0, 0, 60), pitch=60, fov=40)
+    draw(scene, view, View.SHADOW, shadow_fit=False)
+    whole = texel_at_one(renderer)
+    draw(scene, view, View.SHADOW)
+    assert texel_at_one(renderer) < whole / 4
+
+
+def test_fitted_shadows_are_those_of_the_whole_cone_only_sharper(draw: Draw) -> None:
+    """Wherever the camera stands: the fit leaves out no receiver and no caster of what it sees."""
+    scene, random = wide_scene(), np.random.default_rng(8)
+    for _ in range(12):
+        x, y, z = random.uniform((-900, -900, 130), (900, 900, 600))
+        view = camera((x, y, z), random.uniform(-180, 180), random.uniform(-20, 80))
+        fitted = draw(scene, view, View.SHADOW)
+        whole = draw(scene, view, View.SHADOW, shadow_fit=False, shadow_map_size=4096)
+        assert (np.abs(fitted - whole) < 0.5).mean() > 0.98, view
+
+
+def test_culling_moves_no_shadow(draw: Draw) -> None:
+    """The map is fitted alike with culling off."""
+    scene = wide_scene()
+    for k in range(6):
+        view = camera((k * 100 - 300, 50, 60), yaw=k * 60, pitch=20, fov=60)
+        every = draw(scene, view, View.DIRECT, culling=False)
+        np.testing.assert_array_equal(draw(scene, view, View.DIRECT), every)

@@ -1,0 +1,156 @@
+"""The command line: mistakes give one line and exit code 2, and leave no file."""
+
+import gc
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from followspot import cli
+
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def fail(monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path) -> "Fail":
+    return Fail(monkeypatch, capsys, tmp_path)
+
+
+class Fail:
+    """Run a command that must fail; the line that it writes to stderr."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, capsys: Capture, folder: Path) -> None:
+        self.monkeypatch, self.capsys, self.folder = monkeypatch, capsys, folder
+
+    def __call__(self, *arguments: str) -> str:
+        self.monkeypatch.setattr(sys, "argv", ["followspot", *arguments])
+        self.monkeypatch.chdir(self.folder)
+        with warnings.catch_warnings():
+            # A process that ends closes its paks; this one goes on.
+            warnings.simplefilter("ignore", ResourceWarning)
+            with pytest.raises(SystemExit) as caught:
+                cli.main()
+            code = caught.value.code
+            del caught
+            gc.collect()
+        assert code == 2
+        out, error = self.capsys.readouterr()
+        assert out == ""
+        assert error.startswith("followspot: ") and error.count("\n") == 1 and len(error) < 600
+        assert list(self.folder.iterdir()) == []
+        return error
+
+
+RENDER = ("render", "courtyard", "-o", "x.png")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--view", "colour"), "there are final, normals"),
+        (("--size", "640"), "WIDTHxHEIGHT"),
+        (("--size", "0x5"), "1 to"),
+        (("--size", "99999999x5"), "1 to"),
+        (("--size", "-640x480"), "WIDTHxHEIGHT"),
+        (("--camera", "roof"), "there are "),
+        (("--camera", "1,2,3"), "x,y,z,yaw,pitch"),
+        (("--camera", "1,2,3,4,nan"), "x,y,z,yaw,pitch"),
+        (("--camera", "1,2,3,4,100"), "-90 to 90"),
+        (("--fov", "180"), "1 to 170"),
+        (("--fov", "nan"), "1 to 170"),
+        (("--light", "sun:1,2,3:4"), "spot:"),
+        (("--light", "point:1,2:4"), "point:x,y,z:power"),
+        (("--light", "point:1,2,3:-4"), "0 or more"),
+        (("--light", "point:1,2,3:inf"), "power"),
+        (("--light", "spot:1,2,3:0,0,0:0.5:4"), "direction"),
+        (("--light", "spot:1,2,3:1e-200,0,0:0.5:4"), "direction"),
+        (("--light", "spot:1,2,3:1e308,1e308,0:0.5:4"), "direction"),
+        (("--light", "spot:1,2,3:0,0,1:1.6:4"), "half-angle"),
+        (("--light", "spot:1,2,3:0,0,1:0:4"), "half-angle"),
+        (("--albedo", "2"), "albedo"),
+        (("--albedo", "nan"), "albedo"),
+        (("--set", "shadow_bias"), "KEY=VALUE"),
+        (("--set", "brightness=2"), "brightness"),
+        (("--set", "shadow_cull=left"), "shadow_cull"),
+        (("--set", "exposure=inf"), "exposure"),
+        (("--assets", "nowhere"), "nowhere"),
+        (("--view", "shadow-map", "--light", "point:0,0,99:5"), "no shadow map"),
+        (("--view", "shadow-map", "--no-shadows"), "no shadow map"),
+        (("--light", "point:0,0,9:5") * 9, "at most 8 lights"),
+    ],
+    ids=lambda value: " ".join(value)[:60] if isinstance(value, tuple) else "",
+)
+def test_options_that_make_no_sense(fail: Fail, options: tuple[str, ...], told: str) -> None:
+    assert told in fail(*RENDER, *options)
+
+
+@pytest.mark.parametrize("name", ["x", "x.gif", "", "."])
+def test_outputs_of_no_known_kind(fail: Fail, name: str) -> None:
+    assert ".png" in fail("render", "courtyard", "-o", name)
+
+
+@pytest.mark.parametrize("name", ["no_such_level", "nowhere.toml", "nowhere.bsp", "x" * 300, ""])
+def test_scenes_that_are_not_there(fail: Fail, name: str) -> None:
+    assert "error" in fail("render", name, "-o", "x.png")[:60]
+
+
+@pytest.mark.parametrize("command", ["render", "figures", "inspect", "bench"])
+def test_every_command_tells_the_same_way(fail: Fail, command: str) -> None:
+    output = ("-o", "out.png") if command in ("render", "figures") else ()
+    assert "no_such_level" in fail(command, "no_such_level", *output)
+
+
+def followspot(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "followspot", *arguments],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def test_broken_level_file_as_a_user_sees_it(tmp_path: Path) -> None:
+    (tmp_path / "bad.bsp").write_bytes(b"IBSP\x2e\0\0\0" + b"\xff" * 100)
+    done = followspot("render", "bad.bsp", "-o", "x.png", cwd=tmp_path)
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.count("\n") == 1 and "bad.bsp" in done.stderr
+    assert "expected" in done.stderr and "found" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.bsp"]
+
+
+@pytest.mark.gl
+def test_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    done = followspot("render", "courtyard", "-o", "file/x.png", "--size", "16x12", cwd=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "cannot be written" in done.stderr
+    assert (tmp_path / "file").read_bytes() == b""
+
+
+@pytest.mark.gl
+def test_a_picture_and_its_numbers(tmp_path: Path) -> None:
+    """The same command to png and npy: the second holds float32, top row first."""
+    common = ("render", "courtyard", "--size", "48x32", "--camera", "0,0,100,90,10", "--fov", "80")
+    for output, view in (("n.png", "normals"), ("n.npy", "normals"), ("d.npy", "depth")):
+        done = followspot(*common, "--view", view, "-o", output, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert done.stderr == ""
+    shown = np.asarray(Image.open(tmp_path / "n.png"))
+    normals, depth = np.load(tmp_path / "n.npy"), np.load(tmp_path / "d.npy")
+    assert shown.shape == normals.shape == (32, 48, 3) and depth.shape == (32, 48)
+    assert normals.dtype == depth.dtype == np.float32
+    assert np.abs(shown / 255 - normals).max() < 1.01 / 255
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["d.npy", "n.npy", "n.png"]
+
+
+def test_help_names_every_command(tmp_path: Path) -> None:
+    done = followspot("--help", cwd=tmp_path)
+    assert done.returncode == 0
+    for command in ("render", "figures", "inspect", "bench", "doctor"):
+        assert command in done.stdout
