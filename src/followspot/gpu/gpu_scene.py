@@ -5,6 +5,7 @@ from typing import Self
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from followspot.assets.image import Image, decode_all
 from followspot.errors import AssetError
@@ -23,7 +24,7 @@ class GpuScene:
         scene: What was uploaded.
         vertices: The mesh's vertices, one buffer.
         frame_block: Uniform buffer for one `blocks.FRAME`.
-        base_images: One texture per material (shared where materials share an image).
+        base_images: One texture per material; materials with one image and wrapping share it.
         sky: The sky's cube map with all MIP levels.
         problems: Images that are there but cannot be decoded; white stands in for them.
     """
@@ -37,32 +38,30 @@ class GpuScene:
         self.vertices = context.buffer(scene.mesh.vertices.tobytes() or bytes(32))
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
         self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8))
-        self._images: list[moderngl.Texture] = []
-        for _, image in decode_all(scene.archive, scene.images):
-            if isinstance(image, Image):
-                self._images.append(_upload(context, image.pixels))
-            else:
+        self._images: dict[tuple[str | None, bool], moderngl.Texture] = {}
+        wanted = {(m.image, m.clamps) for m in scene.materials}
+        for number, image in decode_all(scene.archive, scene.images):
+            if not isinstance(image, Image):
                 self.problems.append(image)
-                self._images.append(self._white)
+                continue
+            for clamps in (False, True):  # wrapping belongs to the texture in OpenGL 3.3
+                if (key := (scene.images[number], clamps)) in wanted:
+                    self._images[key] = _upload(context, image.pixels, clamps=clamps)
         self.base_images = [
-            self._white if m.image is None else self._images[scene.images.index(m.image)]
-            for m in scene.materials
+            self._images.get((m.image, m.clamps), self._white) for m in scene.materials
         ]
-        for texture, material in zip(self.base_images, scene.materials, strict=True):
-            if material.clamps:
-                texture.repeat_x = texture.repeat_y = False
         self.sky = _upload_cube(context, scene.sky)
 
     def set_anisotropy(self, samples: float) -> None:
         """Texture samples along the steep direction from now on; 1 is plain trilinear."""
         if samples != self._anisotropy:
             self._anisotropy = samples
-            for texture in self._images:
+            for texture in self._images.values():
                 texture.anisotropy = samples
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for texture in {id(t): t for t in (*self._images, self._white)}.values():
+        for texture in (*self._images.values(), self._white):
             texture.release()
         for thing in (self.vertices, self.frame_block, self.sky):
             thing.release()
@@ -79,10 +78,13 @@ class GpuScene:
         self.release()
 
 
-def _upload(context: moderngl.Context, pixels: np.ndarray) -> moderngl.Texture:
-    """(h, w, 4) uint8 sRGB as a repeating, trilinear texture; row 0 is t = 0, as in Quake."""
+def _upload(
+    context: moderngl.Context, pixels: NDArray[np.uint8], *, clamps: bool = False
+) -> moderngl.Texture:
+    """(h, w, 4) uint8 sRGB as a trilinear texture that repeats; row 0 is t = 0, as in Quake."""
     height, width = pixels.shape[:2]
     texture = context.texture((width, height), 4, pixels, internal_format=_SRGB8_ALPHA8)
+    texture.repeat_x = texture.repeat_y = not clamps
     texture.build_mipmaps()  # GL averages sRGB textures in linear light
     texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
     return texture

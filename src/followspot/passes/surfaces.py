@@ -19,6 +19,10 @@ _VIEWS: dict[str, int | str] = {f"VIEW_{v.name}": n for n, v in enumerate(SURFAC
 _CULLED_SIDE = {Sides.FRONT: "back", Sides.BACK: "front"}
 
 
+MAX_PROGRAMS = 128
+"""Programs kept for views and settings that come back; more than one frame needs at once."""
+
+
 class SurfacePass:
     """Programs and vertex arrays for the views that have been asked for.
 
@@ -59,9 +63,10 @@ class SurfacePass:
         self._common = common
         for variant in set(self._variants):
             key = (*common.items(), variant)
-            if key not in self._arrays:
-                self._arrays[key] = self._compile(common | variant.defines)
-            self._ready[variant] = self._arrays[key]
+            array = self._arrays.pop(key, None) or self._compile(common | variant.defines)
+            self._arrays[key] = self._ready[variant] = array  # the last one used is the last
+        while len(self._arrays) > MAX_PROGRAMS:
+            _drop(self._arrays.pop(next(iter(self._arrays))))
 
     def _compile(self, defines: dict[str, int | str]) -> moderngl.VertexArray:
         surface = program.build(self._context, "surface", defines)
@@ -124,6 +129,10 @@ class SurfacePass:
     def release(self) -> None:
         """Give the GL objects back."""
         for array in self._arrays.values():
-            array.program.release()
-            array.release()
+            _drop(array)
         self._indices.release()
+
+
+def _drop(array: moderngl.VertexArray) -> None:
+    array.program.release()
+    array.release()

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from followspot import spaces
 from followspot.errors import UsageError
 from followspot.scene.camera import Camera
@@ -13,6 +15,8 @@ from followspot.scene.settings import Settings, with_changes
 SPOT_FORM = "spot:x,y,z:dx,dy,dz:half_angle_radians:power"
 POINT_FORM = "point:x,y,z:power"
 CAMERA_FORM = "x,y,z,yaw,pitch"
+LARGEST = 1e15
+"""Largest number that is taken: float32 arithmetic on it stays finite."""
 
 
 def parse_size(text: str) -> tuple[int, int]:
@@ -53,8 +57,8 @@ def parse_light(text: str) -> Light:
             raise UsageError(
                 f"--light: expected a half-angle between 0 and pi/2 radians, found {parts[2]!r}"
             )
-        if not any(direction):
-            raise UsageError("--light: expected a direction, found 0,0,0")
+        if not np.linalg.norm(direction) > 0:
+            raise UsageError(f"--light: expected a direction, found {parts[1]}")
         return SpotLight(
             spaces.vec3(position),
             spaces.normalised(spaces.vec3(direction)),
@@ -80,7 +84,7 @@ def _numbers(text: str, option: str, form: str, count: int) -> list[float]:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
-    if len(numbers) != count or not all(math.isfinite(n) for n in numbers):
+    if len(numbers) != count or not all(abs(n) <= LARGEST for n in numbers):
         raise UsageError(f"{option}: expected {form}, found {text!r}")
     return numbers
 

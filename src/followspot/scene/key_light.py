@@ -37,6 +37,9 @@ SPOT_HALF_ANGLE = math.radians(55)
 REACH = 4096.0
 """Units that a look around goes at most."""
 
+_FAR_ENOUGH = 400.0  # units from which a spot light may light a wall, and no farther is better
+_FINALISTS = 32
+
 
 def choose(level: Level, sun: Sun | None, camera: Camera, metres_per_unit: float) -> SpotLight:
     """The light of a level that came without any.
@@ -117,21 +120,19 @@ def _spot_light(level: Level, camera: Camera, metres_per_unit: float) -> SpotLig
     """A spot light under the ceiling, ahead of the camera, aimed at what the camera sees."""
     bsp, eye = level.bsp, camera.position
     seen = _look(bsp, eye, _ahead(camera))
-    # Candidates: part of the way along each line of sight, lifted most of the way to the ceiling.
-    shares = np.repeat([0.2, 0.4, 0.6], len(seen))[:, np.newaxis]
-    places = eye + (np.tile(seen, (3, 1)) - eye) * shares
+    # Candidates: part of the way along lines of sight, lifted most of the way to the ceiling.
+    shares = np.repeat([0.2, 0.4, 0.6], len(seen[::2]))[:, np.newaxis]
+    places = eye + (np.tile(seen[::2], (3, 1)) - eye) * shares
     up = np.array([0.0, 0.0, 512.0])
     places = places + up * (bsp_tree.trace(bsp, places, places + up) * 0.8)[:, np.newaxis]
-    # The best one sees the most of what the camera sees, from not too near.
-    sample = seen[:: max(1, len(seen) // 48)]
-    start = np.repeat(places, len(sample), axis=0)
-    end = np.tile(sample, (len(places), 1))
-    clear = bsp_tree.trace(bsp, start, start + (end - start) * 0.98) >= 1.0
-    distance = np.linalg.norm(end - start, axis=1)
-    score = (clear * np.minimum(distance, 400.0)).reshape(len(places), -1).mean(axis=1)
-    best = int(score.argmax())
+    # The best one by a rough look at all, then a close look at those that did well.
+    rough = _scores(_distances_lit(bsp, places, seen[::16]))
+    places = places[np.argsort(-rough, kind="stable")[:_FINALISTS]]
+    sample = seen[::3]
+    distances = _distances_lit(bsp, places, sample)
+    best = int(_scores(distances).argmax())
     position = places[best]
-    lit = sample[clear.reshape(len(places), -1)[best]]
+    lit = sample[distances[best] > 0]
     target = lit.mean(axis=0) if len(lit) else eye + camera.forward * 100
     away = target - position
     if np.linalg.norm(away) < 1e-3:
@@ -148,6 +149,22 @@ def _spot_light(level: Level, camera: Camera, metres_per_unit: float) -> SpotLig
         name="spot",
     )
     return _with_irradiance(light, metres)
+
+
+def _distances_lit(
+    bsp: BspFile, places: NDArray[np.float64], targets: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(places, targets) units from one to the other, 0 where a wall is between them."""
+    start = np.repeat(places, len(targets), axis=0)
+    way = np.tile(targets, (len(places), 1)) - start
+    clear = bsp_tree.trace(bsp, start, start + way * 0.98) >= 1.0  # off the target's own wall
+    distances = np.where(clear, np.linalg.norm(way, axis=1), 0.0)
+    return distances.reshape(len(places), len(targets))
+
+
+def _scores(distances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(places,) how good each is for a light: it sees much, from not too near."""
+    return np.asarray(np.minimum(distances, _FAR_ENOUGH).mean(axis=1))
 
 
 def _ahead(camera: Camera) -> NDArray[np.float64]:

@@ -53,7 +53,7 @@ def load(
     if path is not None:
         file = scene_file.read(path)
         beside = path.parent / file.level
-        wanted = str(beside) if isfile(beside) else file.level  # never raises, unlike pathlib's
+        wanted = str(beside) if isfile(beside) else file.level  # noqa: PTH113 - it never raises
     else:
         file, wanted = SceneFile(level=name), name
     builtin = [BUILTIN / "courtyard.pk3"]
@@ -111,7 +111,7 @@ def _assemble(
         images=tuple(dict.fromkeys(m.image for m in built.materials if m.image)),
         sky=cube,
         sun=next((s.sun for s in skies if s.sun is not None), None),
-        lights=tuple(each.light() for each in file.lights),
+        lights=tuple(each.light() for each in file.lights or ()),
         cameras=cameras,
         environment_constant=file.environment_constant,
         ambient=file.ambient,
@@ -120,7 +120,7 @@ def _assemble(
         missing=tuple(missing.values()),
         problems=(*scripts.problems, *trouble),
     )
-    if not scene.lights:
+    if file.lights is None:
         scene = with_chosen_light(scene, scene.camera())
     on_step("choose light")
     return scene

@@ -100,6 +100,6 @@ def face_planes(
     lowest = np.minimum.reduceat(height.min(axis=1), starts)
     highest = np.maximum.reduceat(height.max(axis=1), starts)
     turned = np.minimum.reduceat(np.einsum("tj,tj->t", triangle, own), starts)
-    flat = (highest - lowest <= 2 * FLAT) & (turned >= -1e-3) & normal.any(axis=1)
+    flat = (highest - lowest <= 2 * FLAT) & (turned >= -1e-6) & normal.any(axis=1)
     distance = np.where(flat, (lowest + highest) / 2, 0)
     return np.where(flat[:, np.newaxis], normal, 0).astype(np.float32), distance.astype(np.float32)

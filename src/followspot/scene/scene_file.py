@@ -123,7 +123,7 @@ class SceneFile(_Entry, frozen=True, kw_only=True):
     metres_per_unit: Positive = spaces.METRES_PER_UNIT
     environment_constant: Power = 1.0
     ambient: Power = 0.0
-    lights: tuple[PointEntry | SpotEntry, ...] = ()
+    lights: tuple[PointEntry | SpotEntry, ...] | None = None
     cameras: dict[str, CameraEntry] = {}
     settings: Settings = Settings()
 
