@@ -68,7 +68,7 @@ RENDER = ("render", "courtyard", "-o", "x.png")
         (("--light", "point:1,2,3:inf"), "power"),
         (("--light", "spot:1,2,3:0,0,0:0.5:4"), "direction"),
         (("--light", "spot:1,2,3:1e-200,0,0:0.5:4"), "direction"),
-        (("--light", "spot:1,2,3:1e308,1e308,0:0.5:4"), "direction"),
+        (("--light", "spot:1,2,3:1e308,1e308,0:0.5:4"), "1e308"),
         (("--light", "spot:1,2,3:0,0,1:1.6:4"), "half-angle"),
         (("--light", "spot:1,2,3:0,0,1:0:4"), "half-angle"),
         (("--albedo", "2"), "albedo"),

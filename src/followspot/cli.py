@@ -1,5 +1,6 @@
 """The command line: what is typed, taken apart and handed to ``present``."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -7,6 +8,9 @@ from typing import Annotated
 import typer
 
 from followspot.errors import FollowspotError, UsageError
+
+# NumPy's matrix products here are small: threads that spin for them cost more than they bring.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 app = typer.Typer(
     help="Open a Quake 3 level, light it, and see every stage of how the picture is made.\n\n"

@@ -88,7 +88,7 @@ def test_every_key() -> None:
 def test_level_alone_is_enough() -> None:
     file = scene_file.parse('level = "q3dm1"', "short.toml")
     assert file.metres_per_unit == 0.03 and file.environment_constant == 1
-    assert file.lights == () and file.cameras == {} and file.settings == Settings()
+    assert file.lights is None and file.cameras == {} and file.settings == Settings()
 
 
 POINT = '[[lights]]\ntype = "point"\nposition = [0, 0, 0]\n'
@@ -122,7 +122,7 @@ WRONG = {
     SPOT + "half_angle_degrees = 30": ("lights[0]", "one of `direction` and `target`", ""),
     AIMED: ("lights[0]", "half_angle_degrees", ""),
     AIMED + "half_angle_degrees = 90": ("lights[0].half_angle_degrees", "< 90", "90"),
-    AIMED + "half_angle_degrees = 0": ("lights[0].half_angle_degrees", "> 0", "0"),
+    AIMED + "half_angle_degrees = 0": ("lights[0].half_angle_degrees", ">= 0.01", "0"),
     AIMED + "half_angle_degrees = 30\nsoftness = 2": ("lights[0].softness", "<= 1", "2"),
     AIMED + "half_angle_degrees = 30\ndirection = [0, 0, 1]": ("lights[0]", "one of", "both"),
     SPOT + "half_angle_degrees = 30\ntarget = [0, 0, 9]": ("lights[0]", "direction", ""),

@@ -53,9 +53,9 @@ def parse_light(text: str) -> Light:
     if kind == "spot" and len(parts) == 4:
         position, direction = (_numbers(p, "--light", SPOT_FORM, 3) for p in parts[:2])
         half_angle = _numbers(parts[2], "--light", SPOT_FORM, 1)[0]
-        if not 0 < half_angle < math.pi / 2:
+        if not 1e-4 <= half_angle < math.pi / 2:
             raise UsageError(
-                f"--light: expected a half-angle between 0 and pi/2 radians, found {parts[2]!r}"
+                f"--light: expected a half-angle of 0.0001 to pi/2 radians, found {parts[2]!r}"
             )
         if not np.linalg.norm(direction) > 0:
             raise UsageError(f"--light: expected a direction, found {parts[1]}")

@@ -46,8 +46,9 @@ def save(path: Path, picture: NDArray[Any], channel: str = "Y") -> None:
     elif ending == ".exr":
         write_whole(path, lambda to: _save_exr(to, picture, channel))
     else:
-        image = Image.fromarray(picture)  # quality and subsampling mean something to jpg alone
-        write_whole(path, lambda to: image.save(to, quality=95, subsampling=0))
+        image = Image.fromarray(picture)  # each format takes of the options what it knows
+        options = {"quality": 95, "subsampling": 0, "compress_level": 1}
+        write_whole(path, lambda to: image.save(to, None, **options))
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:

@@ -70,7 +70,7 @@ class SpotEntry(_Entry, tag="spot", frozen=True, kw_only=True):
 
     position: Number3
     power: float | list[float]
-    half_angle_degrees: Annotated[float, Meta(gt=0, lt=90)]
+    half_angle_degrees: Annotated[float, Meta(ge=0.01, lt=90)]
     direction: Number3 | None = None
     target: Number3 | None = None
     softness: Annotated[float, Meta(ge=0, le=1)] = 0.0

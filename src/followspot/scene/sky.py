@@ -59,8 +59,11 @@ class CubeMap:
         size = self.faces.shape[1]
         width = min(size, 2 ** (level + 1))
         start = (size - width) // 2
-        middle = self.faces[:, start : start + width, start : start + width, :3]
-        return np.asarray(_linear_table()[middle].mean(axis=(1, 2)))
+        middle = self.faces[:, start : start + width, start : start + width]
+        # Counting bytes first: then 256 values a channel are decoded, in place of a million.
+        counts = [PillowImage.fromarray(face).histogram() for face in middle]  # 256 R, G, B, A
+        shares = np.reshape(counts, (6, 4, 256))[:, :3] / width**2
+        return np.asarray(shares @ _linear_table())
 
 
 @lru_cache
