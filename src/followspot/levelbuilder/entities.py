@@ -1,0 +1,48 @@
+"""Entities: the text lump of things that are not walls."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from followspot.errors import UsageError
+from followspot.levelbuilder.brush import Brush
+
+Value = str | float | Sequence[float]
+
+
+@dataclass
+class Entity:
+    """One entity: its keys and, for doors and the like, its brushes.
+
+    Attributes:
+        keys: Key to text, ``classname`` first.
+        brushes: Solids of its own brush model; empty for a point entity.
+    """
+
+    keys: dict[str, str]
+    brushes: list[Brush] = field(default_factory=list)
+
+
+def entity(classname: str, **keys: Value) -> Entity:
+    """Return an entity; numbers and sequences of numbers become the text the engine reads."""
+    return Entity({"classname": classname} | {key: _text(value) for key, value in keys.items()})
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, str):
+        text = value
+    elif isinstance(value, Sequence):
+        text = " ".join(f"{number:g}" for number in value)
+    else:
+        text = f"{value:g}"
+    if '"' in text or "\n" in text:
+        raise UsageError(f"an entity's text can hold no quotes or line breaks: {text!r}")
+    return text
+
+
+def entity_lump(entities: Sequence[Entity]) -> bytes:
+    """Return the entity lump, with its closing NUL."""
+    blocks = (
+        "{\n" + "".join(f'"{key}" "{text}"\n' for key, text in item.keys.items()) + "}\n"
+        for item in entities
+    )
+    return "".join(blocks).encode("latin-1") + b"\0"

@@ -1,0 +1,113 @@
+"""Materials: what a surface is called, how large its texture is and what the engine shall know.
+
+The flag values are the ones that Quake 3's compiler writes for the ``surfaceparm`` words of a
+shader script (surfaceflags.h of the published game source).
+"""
+
+from dataclasses import dataclass, field
+from enum import IntFlag
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Surface(IntFlag):
+    """Surface flags of a shader lump entry."""
+
+    SKY = 0x4
+    NOIMPACT = 0x10
+    NOMARKS = 0x20
+    NODRAW = 0x80
+    NOLIGHTMAP = 0x400
+    METALSTEPS = 0x1000
+    NONSOLID = 0x4000
+    ALPHASHADOW = 0x10000
+    NODLIGHT = 0x20000
+
+
+PLAIN = Surface(0)
+"""No flags: an ordinary wall."""
+
+
+class Contents(IntFlag):
+    """Content flags of a shader lump entry; 0 is air."""
+
+    SOLID = 0x1
+    LAVA = 0x8
+    SLIME = 0x10
+    WATER = 0x20
+    PLAYERCLIP = 0x10000
+    TRANSLUCENT = 0x20000000
+
+
+PARMS: dict[str, int] = {
+    "sky": Surface.SKY,
+    "noimpact": Surface.NOIMPACT,
+    "nomarks": Surface.NOMARKS,
+    "nodraw": Surface.NODRAW,
+    "nolightmap": Surface.NOLIGHTMAP,
+    "metalsteps": Surface.METALSTEPS,
+    "nonsolid": Surface.NONSOLID,
+    "alphashadow": Surface.ALPHASHADOW,
+    "nodlight": Surface.NODLIGHT,
+}
+
+
+@dataclass(frozen=True)
+class Material:
+    """One entry of the shader lump, and the shader script that goes with it.
+
+    Attributes:
+        name: Shader name, as ``textures/yard/brick``; also the image path without a script.
+        size: Texture width and height that ``units_per_texel`` counts, in texels.
+        units_per_texel: World units that one texel covers under world-aligned projection.
+        surface: Surface flags.
+        contents: Content flags of brushes and patches made of it.
+        opacity: Share of light that it stops, 0 to 1. Only at 1 does a brush hide what it covers.
+        script: Body of the shader script entry between its braces, without ``surfaceparm``
+            lines; empty where the image alone will do.
+        image: The texture, (height, width, 3 or 4) uint8 sRGB, where the image has its name.
+    """
+
+    name: str
+    size: tuple[int, int] = (256, 256)
+    units_per_texel: float = 0.5
+    surface: Surface = PLAIN
+    contents: Contents = Contents.SOLID
+    opacity: float = 1.0
+    script: str = ""
+    image: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def drawn(self) -> bool:
+        """Whether faces of it are written at all."""
+        return not self.surface & Surface.NODRAW
+
+    @property
+    def lightmapped(self) -> bool:
+        """Whether its polygons and patches carry a lightmap."""
+        return self.drawn and not self.surface & (Surface.NOLIGHTMAP | Surface.SKY)
+
+    def script_entry(self) -> str:
+        """Return the shader script entry: name, flags as ``surfaceparm`` words, then the body."""
+        words = [word for word, flag in PARMS.items() if self.surface & flag]
+        words += ["trans"] if self.contents & Contents.TRANSLUCENT else []
+        words += ["water"] if self.contents & Contents.WATER else []
+        words += ["playerclip"] if self.contents & Contents.PLAYERCLIP else []
+        lines = [f"surfaceparm {word}" for word in words] + self.script.strip().splitlines()
+        body = "".join(f"\t{line.strip()}\n" for line in lines)
+        return f"{self.name}\n{{\n{body}}}\n"
+
+
+CAULK = Material(
+    "textures/common/caulk", surface=Surface.NODRAW | Surface.NOLIGHTMAP | Surface.NOMARKS
+)
+"""Solid and never drawn: for the sides of brushes that nobody can see."""
+
+CLIP = Material(
+    "textures/common/clip",
+    surface=Surface.NODRAW | Surface.NOLIGHTMAP | Surface.NOMARKS | Surface.NOIMPACT,
+    contents=Contents.PLAYERCLIP,
+    opacity=0.0,
+)
+"""Stops players and nothing else: over steps and round columns, for smooth walking."""
