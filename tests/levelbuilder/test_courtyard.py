@@ -129,6 +129,6 @@ def test_the_sky_has_no_holes() -> None:
 def test_the_shader_script_is_well_formed(files: dict[str, bytes]) -> None:
     text = files["scripts/courtyard.shader"].decode()
     entries, problems = find_entries(text, "courtyard.shader")
-    assert len(entries) == 5 and not problems
+    assert len(entries) == 6 and not problems
     for entry in entries:
         assert entry.read().problems == ()

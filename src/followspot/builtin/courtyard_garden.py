@@ -143,12 +143,53 @@ def ivy(
     return [with_normals(leaves, np.tile(front + np.array([0.0, 0.0, 0.5]), (count, 1)))]
 
 
-def tuft(m: Materials, x: float, y: float, z: float, size: float, seed: int) -> list[Part]:
-    """Return a ball of leaves for a pot."""
+def cascade(
+    m: Materials,
+    top: tuple[float, float, float],
+    along: tuple[float, float],
+    size: tuple[float, float],
+    seed: int,
+    count: int = 110,
+) -> list[Part]:
+    """Return bougainvillea that hangs down over an edge: fullest there, ending in tails.
+
+    Args:
+        m: The materials.
+        top: Middle of the edge, on the wall's face.
+        along: Unit vector (x, y) rightwards as seen from the front.
+        size: Width of the edge and length of the longest tail.
+        seed: Of the random numbers.
+        count: Number of leaf cards.
+    """
+    rng = np.random.default_rng(seed)
+    right = np.array([*along, 0.0])
+    front = np.array([along[1], -along[0], 0.0])
+    sideways = rng.normal(0, 0.24, count).clip(-0.5, 0.5)
+    tail = 0.25 + 0.75 * np.abs(np.cos(9 * sideways)) * np.exp(-6 * sideways**2)
+    down = rng.uniform(0, 1, count) ** 1.4 * tail
+    lift = rng.uniform(3.0, 11.0, count) * (1 - 0.5 * down)
+    centres = np.array(top) + np.outer(sideways * size[0], right) + np.outer(lift, front)
+    centres[:, 2] += 8 - down * size[1] + rng.normal(0, 3, count)
+    facing = front + 0.5 * rng.standard_normal((count, 3))
+    outward = np.tile(front + np.array([0.0, 0.0, 0.6]), (count, 1))
+    sizes = rng.uniform(18, 30, count)
+    green = rng.uniform(size=count) < 0.3
+    parts: list[Part] = []
+    for material, chosen in ((m.leaves, green), (m.blossom, ~green)):
+        sprays = cards(material, centres[chosen], facing[chosen], sizes[chosen], rng)
+        parts.append(with_normals(sprays, outward[chosen]))
+    return parts
+
+
+def tuft(
+    m: Materials, x: float, y: float, z: float, size: float, seed: int, blooms: bool = False
+) -> list[Part]:
+    """Return a ball of leaves for a pot, in bloom or not."""
     rng = np.random.default_rng(seed)
     outward = rng.standard_normal((16, 3)) + np.array([0.0, 0.0, 0.8])
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     centres = np.array([x, y, z]) + outward * size * 0.35
     facing = outward + 0.7 * rng.standard_normal((16, 3))
-    leaves = cards(m.leaves, centres, facing, rng.uniform(0.6, 0.9, 16) * size, rng)
+    material = m.blossom if blooms else m.leaves
+    leaves = cards(material, centres, facing, rng.uniform(0.6, 0.9, 16) * size, rng)
     return [with_normals(leaves, outward)]

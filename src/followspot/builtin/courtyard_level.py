@@ -3,7 +3,7 @@
 import numpy as np
 
 from followspot.builtin.courtyard_buildings import FLOOR, buildings
-from followspot.builtin.courtyard_garden import ivy, olive_tree, pergola, tuft
+from followspot.builtin.courtyard_garden import cascade, ivy, olive_tree, pergola, tuft
 from followspot.builtin.courtyard_materials import Materials
 from followspot.builtin.courtyard_parts import Part, barrel, crate, pot, steps, torch
 from followspot.levelbuilder import Level, box, hull, lathe, prism, ruled
@@ -48,7 +48,7 @@ def _stair(m: Materials) -> list[Part]:
         box((290, -76, 0), (310, -56, 44), m.stone, detail=True),
         box((287, -79, 44), (313, -53, 50), m.stone, detail=True),
     ]
-    parts += pot(m, 300, -66, 50, 20) + tuft(m, 300, -66, 70, 30, 21)
+    parts += pot(m, 300, -66, 50, 20) + tuft(m, 300, -66, 70, 30, 21, blooms=True)
     return parts
 
 
@@ -107,6 +107,8 @@ def _furniture(m: Materials) -> list[Part]:
     parts += ivy(m, (384, -84, 0), (0, -1), (120, 170), 31)
     parts += ivy(m, (-300, -320, 0), (-1, 0), (150, 130), 32)
     parts += ivy(m, (400, 336, FLOOR), (1, 0), (90, 220), 33, 70)
+    parts += cascade(m, (168, 311, FLOOR + 32), (1, 0), (170, 96), 34, 130)
+    parts += cascade(m, (-376, -60, FLOOR + 32), (0, 1), (180, 90), 35, 110)
     for x, y, z, size, turn in (
         (196, -272, 0, 44, 8), (150, -284, 0, 36, -14), (192, -276, 44, 32, 27),
         (-322, 456, 0, 40, 5), (-362, 458, 0, 30, -12),
@@ -118,6 +120,6 @@ def _furniture(m: Materials) -> list[Part]:
         ((-140, -292, 30), (146, 300, 34), (-356, 296, 34), (270, 300, 26))
     ):
         parts += pot(m, x, y, 0, size) + tuft(m, x, y, size * 1.15, size * 1.3, 40 + k)
-    for x in (-300, 90):
-        parts += pot(m, x, 462, FLOOR, 28) + tuft(m, x, 462, FLOOR + 34, 38, int(50 + x % 7))
+    for k, x in enumerate((-300, 90)):
+        parts += pot(m, x, 462, FLOOR, 28) + tuft(m, x, 462, FLOOR + 34, 38, 50 + k, blooms=True)
     return parts

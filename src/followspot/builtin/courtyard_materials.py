@@ -123,6 +123,7 @@ class Materials:
     window: Material
     banner: Material
     leaves: Material
+    blossom: Material
     water: Material
     flame: Material
     sky: Material
@@ -152,6 +153,7 @@ def make_materials() -> Materials:
         window=_plain("window", ornaments.window()),
         banner=_leafy("banner", ornaments.banner(), 0.95),
         leaves=_leafy("leaves", ornaments.leaves(), 0.45),
+        blossom=_leafy("blossom", ornaments.leaves(seed=162, blossom=0.7), 0.45),
         water=_water(ornaments.water()),
         flame=Material(
             f"{FOLDER}/flame",

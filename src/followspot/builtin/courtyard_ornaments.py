@@ -31,11 +31,13 @@ def flames() -> list[Image]:
     return frames
 
 
-def leaves(size: int = 256, count: int = 120, seed: int = 161) -> Image:
-    """Olive twigs: narrow leaves in pairs, their outline in the alpha channel.
+def leaves(seed: int = 161, blossom: float = 0.0) -> Image:
+    """A spray of leaves, their outline in the alpha channel; a share of them is in blossom.
 
-    Each leaf is an ellipse with a lighter midrib; later leaves lie over earlier ones.
+    Each leaf is an ellipse with a lighter midrib, a narrow one where nothing blossoms; later
+    leaves lie over earlier ones.
     """
+    size, count = 256, 120
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[0:size, 0:size] + 0.5
     colour = np.broadcast_to(np.array([0.33, 0.37, 0.20]), (size, size, 3)).copy()
@@ -48,9 +50,12 @@ def leaves(size: int = 256, count: int = 120, seed: int = 161) -> Image:
         along = (x - cx) * np.cos(angle) + (y - cy) * np.sin(angle)
         across = -(x - cx) * np.sin(angle) + (y - cy) * np.cos(angle)
         length = size * rng.uniform(0.055, 0.085)
-        shape = 1 - (along / length) ** 2 - (across / (0.36 * length)) ** 2
+        width = length * (0.36 if not blossom else 0.62)
+        shape = 1 - (along / length) ** 2 - (across / width) ** 2
         tone = rng.uniform(0.75, 1.25)
-        leaf = tone * np.array([0.36, 0.42, 0.20]) + rng.uniform(0, 0.09)
+        petal = rng.uniform() < blossom
+        hue = np.array([0.74, 0.20, 0.43]) if petal else np.array([0.36, 0.42, 0.20])
+        leaf = tone * hue + rng.uniform(0, 0.09)
         rib = 0.25 * np.exp(-((across / (0.05 * length)) ** 2))
         colour = mix(colour, leaf[None, None] * (1 + rib)[..., None], (shape > 0).astype(float))
         alpha = np.maximum(alpha, smoothstep(-0.12, 0.12, shape))

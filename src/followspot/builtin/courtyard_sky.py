@@ -96,7 +96,7 @@ _SRGB_FROM_XYZ = np.array(  # IEC 61966-2-1
 )
 
 
-_EARTH = np.array([2.6, 2.9, 2.5])
+_EARTH = np.array([1.9, 2.3, 2.4])
 """Radiance of distant ground in the sun, linear sRGB in kcd/m2."""
 
 
@@ -173,7 +173,7 @@ def _hills(directions: Array) -> list[tuple[float, Array]]:
     line = noise((256, 256), 303, slope=1.6, coarsest=128)
     return [
         (haze, height * (1 + 0.45 * _sample(line, around, np.full_like(around, row))))
-        for haze, height, row in ((0.72, 0.060, 0.2), (0.45, 0.035, 0.6))
+        for haze, height, row in ((0.66, 0.060, 0.2), (0.34, 0.035, 0.6))
     ]
 
 

@@ -52,7 +52,7 @@ def dressed_stone() -> Image:
     colour = mix(colour, [0.63, 0.58, 0.50], 0.9 * (1 - face))
     colour = weathered(colour, height, wear=0.22, dirt=0.36, reach=9)
     stain = smoothstep(0.3, 2.2, noise((size, size), 17, slope=1.5, coarsest=250, stretch=(2, 0.7)))
-    return to_image(mix(colour, _SOOT, 0.22 * stain + 0.35 * cracks(size, 18, 1.2)))
+    return to_image(mix(colour, _SOOT, 0.22 * stain + 0.2 * cracks(size, 18, 1.2)))
 
 
 def trim_stone() -> Image:
@@ -111,7 +111,7 @@ def vault_plaster() -> Image:
     cloud = noise((size, size), 61, slope=1.8, coarsest=400)
     damp = smoothstep(0.6, 2.4, noise((size, size), 62, slope=1.6, coarsest=300))
     colour = tinted([0.83, 0.775, 0.67], 0.045 * cloud, 0.016 * _grain(size, 63))
-    colour = mix(colour, [0.55, 0.49, 0.38], 0.35 * damp + 0.5 * cracks(size, 64, 1.0))
+    colour = mix(colour, [0.55, 0.49, 0.38], 0.35 * damp + 0.4 * cracks(size, 64, 1.0))
     return to_image(colour)
 
 

@@ -99,7 +99,7 @@ def masonry(
 
 def cracks(size: int, seed: int, width: float) -> Array:
     """Return thin lines, 1 on them and 0 elsewhere, along the zeros of a noise, here and there."""
-    field = noise((size, size), seed, slope=1.7, coarsest=size / 3)
+    field = noise((size, size), seed, slope=2.3, coarsest=size / 3)
     steep = np.hypot(*np.gradient(field)) + 1e-6
     here = smoothstep(0.7, 1.5, noise((size, size), seed + 1, slope=2.0, coarsest=size / 2))
     line: Array = (1 - smoothstep(0, width, np.abs(field) / steep)) * here

@@ -16,7 +16,7 @@ from followspot.levelbuilder.bsp_tree import (
     pieces_in_leafs,
 )
 from followspot.levelbuilder.csg import Fragment, merge_all, visible_fragments
-from followspot.levelbuilder.entities import entity_lump
+from followspot.levelbuilder.entities import Entity, entity_lump
 from followspot.levelbuilder.faces import Face, mesh_face, patch_face, polygon_face
 from followspot.levelbuilder.level import Level
 from followspot.levelbuilder.lightmap import bake, bake_grid, occluders
@@ -54,10 +54,13 @@ def compile_level(level: Level) -> bytes:
     models = [Model(_world_faces(tree, level, brushes), brushes)]
     if not any(face.material.lightmapped for face in models[0].faces):
         raise UsageError("a level needs at least one surface that can be seen and lit")
+    entities = []
     for item in level.entities:
+        keys = dict(item.keys)
         if item.brushes:
-            item.keys["model"] = f"*{len(models)}"
+            keys["model"] = f"*{len(models)}"
             models.append(Model(_polygons(visible_fragments(item.brushes)), item.brushes))
+        entities.append(Entity(keys))
     materials = [face.material for face in models[0].faces]
     lights = find_lights(level.entities, list(dict.fromkeys(materials)), level.ambient)
     pages = bake([face for model in models for face in model.faces], lights)
@@ -65,7 +68,7 @@ def compile_level(level: Level) -> bytes:
     grid = bake_grid(tree, mins, maxs, lights, occluders(models[0].faces))
     lumps = gather(tree, models)
     lumps["lightmaps"], lumps["light_grid"] = pages.tobytes(), grid.tobytes()
-    lumps["entities"] = entity_lump(level.entities)
+    lumps["entities"] = entity_lump(entities)
     return bsp_bytes(lumps)
 
 

@@ -102,7 +102,10 @@ class Material:
 CAULK = Material(
     "textures/common/caulk", surface=Surface.NODRAW | Surface.NOLIGHTMAP | Surface.NOMARKS
 )
-"""Solid and never drawn: for the sides of brushes that nobody can see."""
+"""Solid and never drawn: for the sides of brushes that nobody can see.
+
+A shadow map does not see them either: where the sun might shine through, use a drawn material.
+"""
 
 CLIP = Material(
     "textures/common/clip",

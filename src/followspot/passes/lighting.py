@@ -72,6 +72,7 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     macros: dict[str, int | str] = {
         "EMISSION": f"{settings.emission:.9g}",
         "SHADOW_TAPS": settings.shadow_taps,
+        "SHADOW_BIAS": f"{settings.shadow_bias:.9g}",
     }
     if settings.albedo is not None:
         macros["ALBEDO"] = f"{settings.albedo:.9g}"

@@ -120,10 +120,7 @@ class ShadowPass:
             self._redraw(settings)
             self._drawn = wanted
         return np.array(
-            [
-                blocks.columns(self._shadow_from_world(number, light, settings.shadow_bias))
-                for number, light in enumerate(lights)
-            ],
+            [blocks.columns(self._shadow_from_world(number)) for number in range(len(lights))],
             np.float32,
         )
 
@@ -164,18 +161,11 @@ class ShadowPass:
         kept |= ~self._one_sided[material]
         return drawlist.merged(mesh, inside & kept & self._casts[material], self._key)
 
-    def _shadow_from_world(self, number: int, light: SpotLight, bias: float) -> Mat4:
-        """World to tile `number`; receivers move `bias` units towards the light on the way.
-
-        As a translation along the light's axis the bias stays linear, so the whole product can
-        be applied before interpolation and costs nothing per pixel.
-        """
-        towards_light = np.eye(4)
-        towards_light[:3, 3] = -light.direction * bias
+    def _shadow_from_world(self, number: int) -> Mat4:
+        """World to tile `number` of the atlas."""
         place = np.eye(4)
         place[0, 0], place[0, 3] = 1 / len(self.tiles), number / len(self.tiles)
-        clip_from_world = self.tiles[number].clip_from_world
-        return place @ spaces.SHADOW_FROM_CLIP @ clip_from_world @ towards_light
+        return place @ spaces.SHADOW_FROM_CLIP @ self.tiles[number].clip_from_world
 
     def _redraw(self, settings: Settings) -> None:
         context, size = self._context, settings.shadow_map_size

@@ -20,11 +20,15 @@ from followspot.spaces import Mat4
 MARGIN = 3.0
 """Texels around the window for the filter and for receivers that are moved along their normals."""
 
-STEPS = 8
+STEPS = 16
 """A window begins at multiples of its size over this."""
 
-NEAREST_SHARE = 1 / 4096
-"""Smallest near plane as a share of the far one: 24 bits resolve 1/4096 of a distance there."""
+SIZES = 4
+"""Sizes of windows from one to twice as wide."""
+
+NEAREST_SHARE = 1 / 256
+"""Smallest near plane as a share of the far one. Depths are compared in float32, whose steps near
+1 leave a distance d uncertain by d^2 / near / 2^24; nearer casters are clamped to the plane."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,14 +128,14 @@ def _snapped(
 ) -> tuple[float, float, float, float]:
     """A square window on the grid of its size that holds the wanted one; the rim's at most.
 
-    Sizes are the whole cone's divided by powers of the square root of 2.
+    Sizes are the whole cone's divided by powers of 2 to the 1/SIZES.
     """
     low, high = wanted
     extent = float((high - low).max()) * (1 + 2 * MARGIN / size) * STEPS / (STEPS - 1)
-    halvings = math.floor(2 * math.log2(2 * rim / max(extent, 1e-9)))
-    if halvings <= 0:
+    steps = math.floor(SIZES * math.log2(2 * rim / max(extent, 1e-9)))
+    if steps <= 0:
         return -rim, rim, -rim, rim
-    side = 2 * rim / math.sqrt(2) ** min(halvings, 24)
+    side = 2 * rim / 2 ** min(steps / SIZES, 12)
     grid = side / STEPS
     slack = (side - (high - low)) / 2
     left, bottom = (np.round((low - slack) / grid) * grid).tolist()

@@ -15,6 +15,9 @@ SORT_CELL = 256.0
 """Units: opaque faces are sorted as seen from the middle of the cell that the eye is in, so that
 their order stays while the eye moves a little, and yet follows from where it is alone."""
 
+CELLS_ACROSS, CELLS_DEEP = 4, 8
+"""Cells of the frustum across and in depth, in which receivers of shadows are boxed."""
+
 _SIDE = {Sides.FRONT: 1, Sides.BACK: -1, Sides.BOTH: 0}
 
 
@@ -82,10 +85,37 @@ class VisibleFaces:
         return seen & self._visibility.faces_from(eye)
 
     def _boxes_in_view(self, visible: Mask, clip_from_world: Mat4) -> Boxes:
-        """The visible faces' boxes, cut down to the box of the camera's frustum."""
+        """Boxes that hold all visible faces within the camera's frustum, tightly.
+
+        The frustum is cut into cells; each cell has the box of what the faces' boxes have in
+        common with the cell's own.
+        """
         faces = self._mesh.faces[visible]
-        cube = spaces.box_corners(spaces.vec3([-1, -1, -1]), spaces.vec3([1, 1, 1]))
-        corners = np.linalg.solve(clip_from_world, np.c_[cube, np.ones(8)].T).T
-        corners = (corners[:, :3] / corners[:, 3:]).astype(np.float32)
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        return Boxes(np.clip(faces["mins"], low, high), np.clip(faces["maxs"], low, high))
+        cells = _frustum_cells(clip_from_world)
+        low = np.maximum(faces["mins"], cells.mins[:, np.newaxis])
+        high = np.minimum(faces["maxs"], cells.maxs[:, np.newaxis])
+        apart = (low > high).any(axis=2, keepdims=True)
+        mins = np.where(apart, np.inf, low).min(axis=1, initial=np.inf)
+        maxs = np.where(apart, -np.inf, high).max(axis=1, initial=-np.inf)
+        holds = mins[:, 0] <= maxs[:, 0]
+        return Boxes(mins[holds], maxs[holds])
+
+
+def _frustum_cells(clip_from_world: Mat4) -> Boxes:
+    """World boxes of a frustum's cells: CELLS_ACROSS squared times CELLS_DEEP of them."""
+    across = np.linspace(-1, 1, CELLS_ACROSS + 1)
+    ends = np.array([[x, y, z, 1] for z in (-1, 1) for y in across for x in across])
+    world = np.linalg.solve(clip_from_world, ends.T).T
+    near, far = (world[:, :3] / world[:, 3:]).reshape(2, 1, CELLS_ACROSS + 1, CELLS_ACROSS + 1, 3)
+    deep = np.geomspace(1 / 64, 1, CELLS_DEEP + 1)
+    deep[0] = 0
+    grid = near + (far - near) * deep[:, np.newaxis, np.newaxis, np.newaxis]
+    corners = np.stack(
+        [
+            grid[z : z + CELLS_DEEP, y : y + CELLS_ACROSS, x : x + CELLS_ACROSS]
+            for z in (0, 1)
+            for y in (0, 1)
+            for x in (0, 1)
+        ]
+    ).reshape(8, -1, 3)
+    return Boxes(corners.min(axis=0).astype(np.float32), corners.max(axis=0).astype(np.float32))

@@ -8,6 +8,7 @@ in vec2 texcoord;
 
 void main() {
 #ifdef ALPHA_TEST
-    if (texture(base_image, texcoord).a * alpha_test.x + alpha_test.y <= 0.0) discard;
+    // At full size: averaged alpha would thin small leaves out, or fill the gaps between them.
+    if (textureLod(base_image, texcoord, 0.0).a * alpha_test.x + alpha_test.y <= 0.0) discard;
 #endif
 }

@@ -37,11 +37,14 @@ void main() {
         vec3 n = world_normal;
 #ifdef SIDES_BOTH
         if (dot(n, shadowed_ray[i].xyz) < 0.0) n = -n;
+        n *= 2.0;  // its lit side is in the map itself, whichever faces that leaves out
 #endif
         // A texel's footprint grows with w, the distance along the light's axis: the receiver is
         // moved off its surface by a part of it (Holbert, "Saying goodbye to shadow acne", 2011).
+        // Along the normal, since along the axis it would go into surfaces that face away from it.
         vec4 s = shadow_from_world[i] * world;
-        shadow_position[i] = s + shadow_from_world[i] * vec4(n * (light_position[i].w * s.w), 0.0);
+        float offset = light_position[i].w * s.w + SHADOW_BIAS;
+        shadow_position[i] = s + shadow_from_world[i] * vec4(n * offset, 0.0);
     }
 #endif
     gl_Position = clip_from_world * world;
