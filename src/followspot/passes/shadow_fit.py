@@ -23,7 +23,7 @@ MARGIN = 3.0
 STEPS = 16
 """A window begins at multiples of its size over this."""
 
-SIZES = 4
+SIZES = 8
 """Sizes of windows from one to twice as wide."""
 
 NEAREST_SHARE = 1 / 256
@@ -47,7 +47,7 @@ class ShadowFrustum:
         clip_from_world: World to the light's clip space.
         near: Distance of the near plane along the axis, in units.
         far: Distance of the far plane along the axis, in units.
-        texel: Size of a texel in the plane at distance 1 from the light.
+        texel: Longer edge of a texel in the plane at distance 1 from the light.
         window: Tangents (left, right, bottom, top), the cone's axis at 0, 0.
     """
 
@@ -126,20 +126,22 @@ def _tangents(
 def _snapped(
     wanted: tuple[NDArray[np.float64], NDArray[np.float64]], rim: float, size: int
 ) -> tuple[float, float, float, float]:
-    """A square window on the grid of its size that holds the wanted one; the rim's at most.
+    """A window on the grid of its size that holds the wanted one; the rim's at most.
 
-    Sizes are the whole cone's divided by powers of 2 to the 1/SIZES.
+    Sizes, apart in both directions, are the whole cone's divided by powers of 2 to the 1/SIZES.
     """
-    low, high = wanted
-    extent = float((high - low).max()) * (1 + 2 * MARGIN / size) * STEPS / (STEPS - 1)
-    steps = math.floor(SIZES * math.log2(2 * rim / max(extent, 1e-9)))
-    if steps <= 0:
-        return -rim, rim, -rim, rim
-    side = 2 * rim / 2 ** min(steps / SIZES, 12)
-    grid = side / STEPS
-    slack = (side - (high - low)) / 2
-    left, bottom = (np.round((low - slack) / grid) * grid).tolist()
-    return left, left + side, bottom, bottom + side
+    edges = []
+    for low, high in zip(*wanted, strict=True):
+        extent = float(high - low) * (1 + 2 * MARGIN / size) * STEPS / (STEPS - 1)
+        steps = math.floor(SIZES * math.log2(2 * rim / max(extent, 1e-9)))
+        if steps <= 0:
+            edges.append((-rim, rim))
+            continue
+        side = 2 * rim / 2 ** min(steps / SIZES, 12)
+        grid = side / STEPS
+        start = round((float(low) - (side - float(high - low)) / 2) / grid) * grid
+        edges.append((start, start + side))
+    return (*edges[0], *edges[1])
 
 
 def _depths(

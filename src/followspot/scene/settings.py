@@ -37,7 +37,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             comparisons; 1 is the hardware's filter alone.
         shadow_cull: Faces left out of the shadow map.
         shadow_bias: Units that a receiver is moved along its normal before the comparison.
-        shadow_normal_offset: Texels that it is moved, besides; twice as many if it is two-sided.
+        shadow_normal_offset: Texels that it is moved, besides; four times as many if it is
+            two-sided, since then its lit side is in the map itself.
         shadow_slope_bias: Depth slopes per texel added to casters (glPolygonOffset's factor).
         redraw_shadows: Draws every shadow map in every frame, to measure what that costs.
         culling: Leaves out what the camera cannot see; off is for comparisons.
@@ -55,7 +56,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     shadow_taps: Annotated[int, Meta(ge=1, le=4)] = 1
     shadow_cull: CullFace = CullFace.FRONT
     shadow_bias: float = 0.0
-    shadow_normal_offset: float = 0.7
+    shadow_normal_offset: float = 0.3
     shadow_slope_bias: float = 0.0
     redraw_shadows: bool = False
     culling: bool = True

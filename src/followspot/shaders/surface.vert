@@ -37,7 +37,7 @@ void main() {
         vec3 n = world_normal;
 #ifdef SIDES_BOTH
         if (dot(n, shadowed_ray[i].xyz) < 0.0) n = -n;
-        n *= 2.0;  // its lit side is in the map itself, whichever faces that leaves out
+        n *= 4.0;  // its lit side is in the map itself, whichever faces that leaves out
 #endif
         // A texel's footprint grows with w, the distance along the light's axis: the receiver is
         // moved off its surface by a part of it (Holbert, "Saying goodbye to shadow acne", 2011).
