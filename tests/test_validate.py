@@ -194,9 +194,9 @@ def test_levels_are_right(renderer: Renderer, level: str) -> None:
 
 @pytest.mark.gl
 def test_the_command_writes_pictures_and_figures(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "followspot", "validate", "courtyard", "--size", "96x72"]
+    command = [sys.executable, "-m", "followspot", "validate", "courtyard", "--camera", "gate"]
     done = subprocess.run(
-        [*command, "-o", str(tmp_path / "out")],
+        [*command, "--size", "96x72", "-o", str(tmp_path / "out")],
         capture_output=True,
         text=True,
         env={**os.environ, "COLUMNS": "200"},
