@@ -203,6 +203,7 @@ def test_any_value_of_a_lights_key_gives_a_light_or_the_one_error(value: object,
     except AssetError as error:
         assert error.source == "any.toml"
     else:
+        assert file.lights is not None
         light = file.lights[0].light()
         assert np.isfinite([*light.position, *light.power, *light.intensity]).all()
 
