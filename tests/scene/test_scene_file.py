@@ -63,6 +63,7 @@ def test_every_key() -> None:
     file = scene_file.parse(WHOLE, "whole.toml")
     assert (file.level, file.sky) == ("oa_dm5", "env/hills")
     assert (file.metres_per_unit, file.environment_constant) == (0.0254, 2)
+    assert file.lights is not None
     sun, lamp, bulb = (entry.light() for entry in file.lights)
     assert isinstance(sun, SpotLight) and isinstance(lamp, SpotLight)
     assert (sun.name, sun.softness, sun.casts_shadow) == ("sun", 0.2, False)

@@ -87,7 +87,7 @@ def draw(renderer: Renderer, scene: Scene, camera: Camera, figure: Figure) -> ND
 
 
 def contact_sheet(
-    drawn: list[NDArray[Any]], captions: list[str], columns: int = 3, width: int = 480
+    drawn: list[NDArray[Any]], captions: list[str], columns: int = 4, width: int = 400
 ) -> NDArray[np.uint8]:
     """Pictures in rows with a caption under each.
 
@@ -104,7 +104,7 @@ def contact_sheet(
         "RGB", (columns * (width + gap) + gap, rows * (height + strip + gap) + gap), "#f4f2ee"
     )
     pen = ImageDraw.Draw(paper)
-    font = ImageFont.load_default(17)
+    font = ImageFont.load_default(16)
     for number, (picture, caption) in enumerate(zip(drawn, captions, strict=True)):
         row, column = divmod(number, columns)
         x, y = gap + column * (width + gap), gap + row * (height + strip + gap)
