@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from followspot.assets.shader_values import BlendFactor
 from followspot.passes import drawlist
-from followspot.passes.drawlist import DrawList, boxes_in_frustum, frustum_planes
+from followspot.passes.drawlist import DrawList, Mask, boxes_in_frustum, frustum_planes
 from followspot.scene.camera import Camera
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh
-from followspot.spaces import Mat4, box_corners, vec3
+from followspot.spaces import Mat4, box_corners, clip_from_view, vec3, view_from_world
 from synthetic import box, camera, floor, make_mesh, of, quad, sphere
 
 numbers = st.floats(-4096, 4096)
@@ -125,6 +125,46 @@ def drawn(faces: DrawList) -> NDArray[np.uint32]:
     return joined[np.lexsort(joined.T[::-1])]
 
 
+EVERYWHERE = np.diag([1e-6, 1e-6, 1e-6, 1.0])
+"""A clip_from_world that has the whole world inside."""
+
+
+def all_casters(mesh: Mesh, chosen: Mask, key: NDArray[np.int32]) -> DrawList:
+    both = np.zeros(len(key), np.float32)
+    return drawlist.casters(mesh, chosen, key, EVERYWHERE, both, vec3((0, 0, 0)))
+
+
+@given(
+    st.tuples(*[st.floats(-90, 90)] * 3),
+    st.sampled_from([-1, 1]),
+    st.floats(1, 179),
+    st.floats(-180, 180),
+)
+def test_casters_are_the_triangles_on_one_side_and_inside(
+    eye: tuple[float, float, float], side: int, fov: float, yaw: float
+) -> None:
+    """Against one triangle after another, in plain Python; what is close to call may be kept."""
+    mesh, materials = some_mesh()
+    count = len(materials)
+    clip = clip_from_view(fov, fov, 1, 500) @ view_from_world(vec3(eye), yaw, 0)
+    faces = drawlist.casters(
+        mesh,
+        np.ones(len(mesh.faces), bool),
+        np.arange(count, dtype=np.int32),
+        clip,
+        np.full(count, side, np.float32),
+        vec3(eye),
+    )
+    kept = {tuple(t) for t in faces.indices.reshape(-1, 3).tolist()}
+    for triangle in mesh.indices.reshape(-1, 3).tolist():
+        a, b, c = mesh.vertices["position"][triangle].astype(float)
+        height = np.cross(c - a, b - a) @ (np.array(eye) - a)  # clockwise front
+        x, y, _, w = clip @ np.c_[np.stack([a, b, c]), np.ones(3)].T
+        outside = max((x - w).min(), (-w - x).min(), (y - w).min(), (-w - y).min())
+        if abs(height) > 1e-2 and abs(outside) > 1e-2:
+            assert (tuple(triangle) in kept) == (height * side > 0 and outside < 0)
+
+
 @given(st.data())
 def test_lists_draw_every_chosen_triangle_once_with_its_material(data: st.DataObject) -> None:
     mesh, materials = some_mesh()
@@ -134,7 +174,7 @@ def test_lists_draw_every_chosen_triangle_once_with_its_material(data: st.DataOb
     every, none_last = np.arange(len(materials), dtype=np.int32), np.zeros(len(materials), bool)
     kinds = len(set(mesh.faces["material"][chosen].tolist()))
     for faces in (
-        drawlist.merged(mesh, chosen, every),
+        all_casters(mesh, chosen, every),
         drawlist.front_to_back(mesh, chosen, eye, none_last),
         drawlist.back_to_front(mesh, chosen, eye),
     ):
@@ -143,7 +183,7 @@ def test_lists_draw_every_chosen_triangle_once_with_its_material(data: st.DataOb
         ends = [batch.first + batch.count for batch in faces.batches]
         assert [batch.first for batch in faces.batches] == [0, *ends][: len(ends)]
         assert len(faces.batches) >= kinds
-    assert len(drawlist.merged(mesh, chosen, every).batches) == kinds
+    assert len(all_casters(mesh, chosen, every).batches) == kinds
     assert len(drawlist.front_to_back(mesh, chosen, eye, none_last).batches) == kinds
 
 
@@ -179,7 +219,7 @@ def test_front_to_back() -> None:
 def test_solid_casters_of_one_key_are_one_draw() -> None:
     mesh, _ = some_mesh()
     every = np.ones(len(mesh.faces), bool)
-    faces = drawlist.merged(mesh, every, np.array([0, 0, 2], np.int32))
+    faces = all_casters(mesh, every, np.array([0, 0, 2], np.int32))
     assert [batch.material for batch in faces.batches] == [0, 2]
     assert faces.triangle_count == mesh.triangle_count
 
@@ -188,7 +228,7 @@ def test_nothing_chosen() -> None:
     mesh, materials = some_mesh()
     none = np.zeros(len(mesh.faces), bool)
     for empty in (
-        drawlist.merged(mesh, none, np.arange(3, dtype=np.int32)),
+        all_casters(mesh, none, np.arange(3, dtype=np.int32)),
         drawlist.front_to_back(mesh, none, vec3((0, 0, 0)), np.zeros(len(materials), bool)),
         drawlist.back_to_front(mesh, none, vec3((0, 0, 0))),
     ):

@@ -71,17 +71,48 @@ def height_above(faces: NDArray[np.void], point: Vec3) -> NDArray[np.float64]:
     return np.asarray(faces["normal"] @ point - faces["distance"])
 
 
-def merged(mesh: Mesh, chosen: Mask, key: NDArray[np.int32]) -> DrawList:
-    """The chosen faces in the mesh's order, one batch a run of materials drawn alike.
+def casters(
+    mesh: Mesh,
+    chosen: Mask,
+    key: NDArray[np.int32],
+    clip_from_world: Mat4,
+    keep_side: NDArray[np.float32],
+    eye: Vec3,
+) -> DrawList:
+    """The triangles of chosen faces that can leave a mark in a map, one batch a key.
+
+    This looks at every triangle, in bulk. It pays because a map's casters stay the same for many
+    frames: what is left out here is never set up by GL again.
 
     Args:
         mesh: Faces sorted by material.
-        chosen: (faces,) which to draw.
+        chosen: (faces,) which to look at.
         key: (materials,) material to draw each material as; ascending, so that those which need
-            not be told apart (solid shadow casters) are neighbours.
+            not be told apart are neighbours.
+        clip_from_world: Of the map; triangles wholly outside of its sides are left out.
+        keep_side: (materials,) 1 keeps triangles whose front faces the eye, -1 those whose back
+            does, 0 both.
+        eye: (3,) world position of the light in units.
     """
     faces = mesh.faces[chosen]
-    return _cut(mesh, faces, key[faces["material"]])
+    if not len(faces):
+        return NOTHING
+    indices = mesh.indices[run_members(faces["first_index"], faces["index_count"])].reshape(-1, 3)
+    material = np.repeat(faces["material"], faces["index_count"] // 3)
+    positions = mesh.vertices["position"]
+    corners = positions[indices].astype(np.float64) - eye
+    # Six times the volume of triangle and eye: positive where the (clockwise) front faces it.
+    facing = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    x, y, w = (positions @ clip_from_world[[0, 1, 3], :3].T + clip_from_world[[0, 1, 3], 3]).T
+    beyond = np.stack([x > w, x < -w, y > w, y < -w])[:, indices].all(axis=2).any(axis=0)
+    kept = ~beyond & (facing * keep_side[material] >= 0)
+    indices, material = indices[kept], key[material[kept]]
+    starts = np.flatnonzero(np.diff(material, prepend=-1))
+    counts = np.diff(starts, append=len(material))
+    batches = zip(
+        material[starts].tolist(), (3 * starts).tolist(), (3 * counts).tolist(), strict=True
+    )
+    return DrawList(indices.ravel(), tuple(Batch(*batch) for batch in batches))
 
 
 def front_to_back(mesh: Mesh, chosen: Mask, eye: Vec3, last: Mask) -> DrawList:

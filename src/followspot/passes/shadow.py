@@ -17,7 +17,6 @@ from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector
 from followspot.passes.shadow_fit import Boxes, ShadowFrustum
 from followspot.scene.light import SpotLight
-from followspot.scene.mesh import FLAT
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Mat4
 
@@ -156,10 +155,10 @@ class ShadowPass:
         mesh = self._gpu_scene.scene.mesh
         planes = drawlist.frustum_planes(tile.clip_from_world)
         inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
-        material = mesh.faces["material"]
-        kept = _SIDE[cull] * drawlist.height_above(mesh.faces, light.position) >= -FLAT
-        kept |= ~self._one_sided[material]
-        return drawlist.merged(mesh, inside & kept & self._casts[material], self._key)
+        chosen = inside & self._casts[mesh.faces["material"]]
+        side = np.where(self._one_sided, _SIDE[cull], 0).astype(np.float32)
+        matrix = tile.clip_from_world
+        return drawlist.casters(mesh, chosen, self._key, matrix, side, light.position)
 
     def _shadow_from_world(self, number: int) -> Mat4:
         """World to tile `number` of the atlas."""
