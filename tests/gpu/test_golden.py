@@ -6,6 +6,7 @@ Physics and geometry have tests of their own; each picture here is named for wha
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ import golden
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
+from followspot.scene.load import load
 from followspot.scene.material import Material, Shade
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
@@ -116,6 +118,23 @@ def test_golden(
 ) -> None:
     view, settings = PICTURES[name]
     picture = renderer.render(still_life, VIEW, [view], settings=settings)[view]
+    golden.check(name, picture, update=request.config.getoption("--update-golden"))
+
+
+COURTYARD = {
+    "courtyard-sun-through-leaves": ("title", View.FINAL),
+    "courtyard-vaults-in-shadow": ("arcade", View.SHADING),
+    "courtyard-water-before-the-gate": ("gate", View.FINAL),
+}
+
+
+@pytest.mark.parametrize("name", COURTYARD)
+def test_golden_courtyard(renderer: Renderer, name: str, request: pytest.FixtureRequest) -> None:
+    scene = load("courtyard")
+    camera_name, view = COURTYARD[name]
+    settings = msgspec.structs.replace(scene.settings, exposure=0.8)
+    with scene.archive:
+        picture = renderer.render(scene, camera_name, [view], settings=settings)[view]
     golden.check(name, picture, update=request.config.getoption("--update-golden"))
 
 

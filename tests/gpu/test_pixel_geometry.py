@@ -170,6 +170,7 @@ def test_vertex_stage_projection_equals_projection_at_each_pixel(
     )
     visibility = draw(scene, view, View.SHADOW, settings)
     depth = draw(scene, view, View.DEPTH)
+    normals = draw(scene, view, View.NORMALS) * 2 - 1
 
     renderer.draw(FrameInput(scene, view, (light,), settings, 1.0, View.SHADOW))
     pipeline = renderer._pipeline
@@ -180,7 +181,7 @@ def test_vertex_stage_projection_equals_projection_at_each_pixel(
 
     hit = np.isfinite(depth)
     p = view.position + rays(view)[hit] * depth[hit][:, np.newaxis]
-    p = p - light.direction * settings.shadow_bias
+    p = p + normals[hit] * settings.shadow_bias
     clip = np.concatenate([p, np.ones((len(p), 1))], axis=1) @ tile.clip_from_world.T
     place = clip[:, :3] / clip[:, 3:] * 0.5 + 0.5
     inside = (clip[:, 3] > 0) & (np.abs(place[:, :2] - 0.5) < 0.49).all(axis=1)
