@@ -43,7 +43,9 @@ class AveragePass:
         self._context.disable_direct(_FRAMEBUFFER_SRGB)
         self._context.enable_only(moderngl.BLEND)
         self._context.blend_func = moderngl.ONE, moderngl.ONE
-        self._draw(picture.framebuffer.color_attachments[0], self._edge, self._share, not encoded)
+        (texture,) = picture.framebuffer.color_attachments
+        assert isinstance(texture, moderngl.Texture)
+        self._draw(texture, self._edge, self._share, not encoded)
 
     def finish(self, *, encoded: bool) -> None:
         """Write the mean into the target."""

@@ -15,7 +15,7 @@ from followspot.gpu.gpu_scene import GpuScene
 from followspot.passes import drawlist, shadow_fit
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector
-from followspot.passes.shadow_fit import Boxes, ShadowFrustum
+from followspot.passes.shadow_fit import Boxes, Outlines, ShadowFrustum
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Mat4
@@ -67,6 +67,7 @@ class ShadowPass:
         self._drawn: object = None
         self._lights: tuple[SpotLight, ...] = ()
         self._fitted: tuple[object, object] = (None, None)
+        self._outlines: dict[SpotLight, Outlines] = {}
         self._casters: dict[ShadowFrustum, DrawList] = {}
         self.atlas: moderngl.Texture | None = None
         self._target: moderngl.Framebuffer
@@ -135,10 +136,14 @@ class ShadowPass:
         before = dict(zip(self._lights, self.tiles, strict=True)) if alike else {}
         mesh = self._gpu_scene.scene.mesh
         everything = Boxes(mesh.faces["mins"], mesh.faces["maxs"])
+        self._outlines = {
+            light: self._outlines.get(light) or shadow_fit.outlines(light, everything)
+            for light in lights
+        }
         tiles = []
         casters: dict[ShadowFrustum, DrawList] = {}
         for light in lights:
-            tile = shadow_fit.fit(light, everything, receivers, size)
+            tile = shadow_fit.fit(light, self._outlines[light], receivers, size)
             kept = before.get(light)
             if kept is not None and kept.covers_the_same(tile):
                 tile = kept

@@ -68,23 +68,66 @@ def view_from_world(light: SpotLight) -> Mat4:
     return spaces.view_from_world(light.position, *spaces.angles_from_forward(light.direction))
 
 
-def fit(light: SpotLight, boxes: Boxes, receivers: Boxes | None, size: int) -> ShadowFrustum:
+@dataclass(frozen=True, eq=False)
+class Outlines:
+    """Boxes as a light sees them.
+
+    Attributes:
+        low: (n, 2) lowest tangents; minus infinity where a box reaches behind the light.
+        high: (n, 2) highest tangents, likewise.
+        near: (n,) smallest distances along the axis, in units.
+        far: (n,) largest distances.
+    """
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    near: NDArray[np.float64]
+    far: NDArray[np.float64]
+
+    def within(self, window: tuple[float, float, float, float]) -> NDArray[np.bool_]:
+        """(n,) whether a box meets a window before the light."""
+        left, right, bottom, top = window
+        x = (self.low[:, 0] < right) & (self.high[:, 0] > left)
+        y = (self.low[:, 1] < top) & (self.high[:, 1] > bottom)
+        return x & y & (self.far > 0)
+
+
+def outlines(light: SpotLight, boxes: Boxes) -> Outlines:
+    """How a light sees boxes. For a level's faces this is worth keeping as long as the light."""
+    from_world = view_from_world(light)
+    mins, maxs = boxes.mins.astype(np.float64), boxes.maxs.astype(np.float64)
+    choose = spaces.box_corners(spaces.vec3([0, 0, 0]), spaces.vec3([1, 1, 1]))
+    corners = mins[:, np.newaxis] + (maxs - mins)[:, np.newaxis] * choose
+    corners = corners @ from_world[:3, :3].T + from_world[:3, 3]
+    distance = -corners[..., 2]
+    near, far = distance.min(axis=1), distance.max(axis=1)
+    behind = (near <= 1e-3)[:, np.newaxis]
+    tangents = corners[..., :2] / np.maximum(distance, 1e-3)[..., np.newaxis]
+    low = np.where(behind, -np.inf, tangents.min(axis=1))
+    high = np.where(behind, np.inf, tangents.max(axis=1))
+    return Outlines(low, high, near, far)
+
+
+def fit(
+    light: SpotLight, everything: Outlines, receivers: Boxes | None, size: int
+) -> ShadowFrustum:
     """The smallest frustum, but for snapping, that holds all receivers within a light's cone.
 
     Args:
         light: A spot light.
-        boxes: Of everything that may cast or receive; the near and far planes are fitted to them.
+        everything: That may cast or receive; the near and far planes are fitted to it.
         receivers: Boxes of what the camera sees; none takes the whole cone.
         size: Texels along an edge of the map.
     """
-    from_world = view_from_world(light)
-    rim = math.tan(light.half_angle) * (1 + 2 * MARGIN / size)
+    cone = math.tan(light.half_angle)
+    rim = cone * (1 + 2 * MARGIN / size)
     window = (-rim, rim, -rim, rim)
-    if receivers is not None:
-        wanted = _tangents(from_world, receivers, math.tan(light.half_angle))
-        if wanted is not None:
-            window = _snapped(wanted, rim, size)
-    near, far = _depths(from_world, boxes, receivers, window)
+    seen = None if receivers is None else outlines(light, receivers)
+    if seen is not None and (lit := seen.within((-cone, cone, -cone, cone))).any():
+        low = np.maximum(seen.low[lit].min(axis=0), -cone)
+        high = np.minimum(seen.high[lit].max(axis=0), cone)
+        window = _snapped((low, high), rim, size)
+    near, far = _depths(everything, seen, window)
     left, right, bottom, top = window
     clip_from_light = np.array(
         [
@@ -94,33 +137,8 @@ def fit(light: SpotLight, boxes: Boxes, receivers: Boxes | None, size: int) -> S
             [0, 0, -1, 0],
         ]
     )
-    return ShadowFrustum(clip_from_light @ from_world, near, far, (right - left) / size, window)
-
-
-def _corners(from_world: Mat4, boxes: Boxes) -> NDArray[np.float64]:
-    """(n, 8, 3) corners of boxes in the light's view space."""
-    mins, maxs = boxes.mins.astype(np.float64), boxes.maxs.astype(np.float64)
-    choose = spaces.box_corners(spaces.vec3([0, 0, 0]), spaces.vec3([1, 1, 1]))
-    corners = mins[:, np.newaxis] + (maxs - mins)[:, np.newaxis] * choose
-    return np.asarray(corners @ from_world[:3, :3].T + from_world[:3, 3])
-
-
-def _tangents(
-    from_world: Mat4, boxes: Boxes, rim: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """(2,) lowest and (2,) highest tangents of all boxes inside the cone's square."""
-    corners = _corners(from_world, boxes)
-    distance = -corners[..., 2]
-    corners, distance = corners[(ahead := distance.max(axis=1) > 0)], distance[ahead]
-    # A box that reaches behind the light may be seen in any direction.
-    behind = distance.min(axis=1) <= 1e-3
-    tangents = corners[..., :2] / np.maximum(distance, 1e-3)[..., np.newaxis]
-    low = np.where(behind[:, np.newaxis], -rim, tangents.min(axis=1))
-    high = np.where(behind[:, np.newaxis], rim, tangents.max(axis=1))
-    meets = ((low < rim) & (high > -rim)).all(axis=1)
-    if not meets.any():
-        return None
-    return np.maximum(low[meets].min(axis=0), -rim), np.minimum(high[meets].max(axis=0), rim)
+    texel = max(right - left, top - bottom) / size
+    return ShadowFrustum(clip_from_light @ view_from_world(light), near, far, texel, window)
 
 
 def _snapped(
@@ -145,41 +163,20 @@ def _snapped(
 
 
 def _depths(
-    from_world: Mat4,
-    boxes: Boxes,
-    receivers: Boxes | None,
-    window: tuple[float, float, float, float],
+    everything: Outlines, receivers: Outlines | None, window: tuple[float, float, float, float]
 ) -> tuple[float, float]:
     """Near and far distances: from the nearest box inside a window to the farthest receiver.
 
     What is farther away than all receivers casts on nothing that is seen. The far plane is
     snapped to steps of the boxes' range.
     """
-    low, high = _distances(from_world, boxes, window)
-    if not low.size:
+    inside = everything.within(window)
+    if not inside.any():
         return 1.0, 2.0
-    nearest, farthest = float(low.min()), float(high.max())
+    nearest, farthest = float(everything.near[inside].min()), float(everything.far[inside].max())
     if receivers is not None:
-        _, reach = _distances(from_world, receivers, window)
-        share = (float(reach.max(initial=nearest)) - nearest) / max(farthest - nearest, 1e-6)
+        reach = receivers.far[receivers.within(window)].max(initial=nearest)
+        share = (float(reach) - nearest) / max(farthest - nearest, 1e-6)
         farthest = nearest + (farthest - nearest) * min(math.ceil(share * STEPS) / STEPS, 1.0)
     far = max(farthest * 1.001, 1.0)
     return min(max(nearest * 0.999, far * NEAREST_SHARE), far * 0.5), far
-
-
-def _distances(
-    from_world: Mat4, boxes: Boxes, window: tuple[float, float, float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(n,) smallest and (n,) largest distances of the boxes that meet a window."""
-    corners = _corners(from_world, boxes)
-    x, y, distance = corners[..., 0], corners[..., 1], -corners[..., 2]
-    left, right, bottom, top = window
-    outside = (
-        (x < left * distance).all(axis=1)
-        | (x > right * distance).all(axis=1)
-        | (y < bottom * distance).all(axis=1)
-        | (y > top * distance).all(axis=1)
-        | (distance <= 0).all(axis=1)
-    )
-    meets = distance[~outside]
-    return meets.min(axis=1), meets.max(axis=1)
