@@ -273,6 +273,83 @@ def validate(
     validation.run(scene, output, wish)
 
 
+@app.command()
+def film(
+    scene: SceneArgument,
+    output: Annotated[
+        str,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE|DIR/",
+            help=".mp4 (H.264), .webm (VP9), or a folder for one png a frame.",
+        ),
+    ],
+    path: Annotated[
+        str | None,
+        typer.Option(
+            "--path",
+            metavar="NAME|auto",
+            help="The camera's path: one of the scene file's, or auto, which is found in the "
+            "level. By default the first one.",
+        ),
+    ] = None,
+    size: SizeOption = "640x480",
+    fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 30,
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", help="Length of the film, by default the path's own (auto: 20)."),
+    ] = None,
+    max_bytes: Annotated[
+        int | None,
+        typer.Option("--max-bytes", min=1, help="Largest file allowed; quality drops to fit."),
+    ] = None,
+    view: Annotated[
+        str, typer.Option("--view", help="What it shows, as for render, but for shadow-map.")
+    ] = "final",
+    samples: Annotated[
+        int,
+        typer.Option("--samples", min=1, max=256, help="Moments averaged a frame: motion blur."),
+    ] = 1,
+    supersample: Annotated[
+        int,
+        typer.Option(
+            "--supersample", min=1, max=16, help="Pixels drawn along an edge of each of the film's."
+        ),
+    ] = 1,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that draw.")] = 1,
+    light: LightOption = None,
+    albedo: AlbedoOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+    no_shadows: NoShadowsOption = False,
+    no_sky_light: NoSkyLightOption = False,
+) -> None:
+    r"""Film a flight through a scene or level; the same frames whatever the machine's speed.
+
+    Interrupted (Ctrl-C, kill), it leaves a film of the frames done so far.
+
+    \b
+    followspot film courtyard -o yard.mp4
+    followspot film oa_dm5 -o fly.mp4 --seconds 20 --max-bytes 2000000 --jobs 2
+    """
+    from followspot.present import film as film_
+    from followspot.present.still import Wish
+
+    wish = Wish(
+        view=view,
+        size=size,
+        lights=light or (),
+        albedo=albedo,
+        assets=assets or (),
+        settings=set_ or (),
+        shadows=not no_shadows,
+        sky_light=not no_sky_light,
+    )
+    film_wish = film_.FilmWish(path, seconds, fps, samples, supersample, max_bytes, jobs)
+    raise typer.Exit(film_.run(scene, output, wish, film_wish))
+
+
 def main() -> None:
     """Run the command line; what a user caused is one line on stderr and exit code 2."""
     try:

@@ -20,7 +20,7 @@ from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 
-Pictures = dict[View, NDArray[Any]]
+Pictures = dict[str, NDArray[Any]]
 """By view; a view's value is as good a key: ``pictures["final"]``."""
 
 _MIDDLE = 0.18
@@ -130,10 +130,14 @@ class Renderer:
         """Draw one frame of the open scene without reading it back."""
         assert self._pipeline is not None, "open a scene first"
         self._make_current()
+        self._pipeline.prepare(frame)
+        return self._pipeline.draw(frame, self.target(linear))
+
+    def target(self, linear: bool = False) -> Target:
+        """What `draw` draws into, for those who read it in a way of their own."""
         if linear not in self._targets:
             self._targets[linear] = Target(self._context, self.size, is_linear=linear)
-        self._pipeline.prepare(frame)
-        return self._pipeline.draw(frame, self._targets[linear])
+        return self._targets[linear]
 
     def pass_times(self, frame: FrameInput) -> dict[str, float]:
         """Draw one frame of the open scene and tell each pass's GPU time in ms."""

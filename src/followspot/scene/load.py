@@ -113,6 +113,7 @@ def _assemble(
         sun=next((s.sun for s in skies if s.sun is not None), None),
         lights=tuple(each.light() for each in file.lights or ()),
         cameras=cameras,
+        paths={path: entry.path() for path, entry in file.paths.items()},
         environment_constant=file.environment_constant,
         ambient=file.ambient,
         metres_per_unit=file.metres_per_unit,

@@ -16,6 +16,7 @@ from followspot.scene.level import Level, Visibility, entity_vector
 from followspot.scene.light import Light
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh
+from followspot.scene.path import AutoPath, CameraPath
 from followspot.scene.settings import Settings
 from followspot.scene.sky import CubeMap
 
@@ -42,6 +43,7 @@ class Scene:
         lights: In the scene file's or command line's order.
         lights_chosen: Whether the program chose the lights, since nobody gave any.
         cameras: Views by name; the first one is where a picture starts.
+        paths: Cameras in motion by name; the first one is what a film takes.
         environment_constant: Radiance in W/(m^2 sr) of a sky texel of value 1.
         ambient: Radiance in W/(m^2 sr) from all around, added to the environment's.
         metres_per_unit: Length of a Quake unit.
@@ -59,6 +61,7 @@ class Scene:
     lights: tuple[Light, ...] = ()
     lights_chosen: bool = False
     cameras: Mapping[str, Camera] = field(default_factory=dict)
+    paths: Mapping[str, CameraPath | AutoPath] = field(default_factory=dict)
     environment_constant: float = 1.0
     ambient: float = 0.0
     metres_per_unit: float = spaces.METRES_PER_UNIT
@@ -92,6 +95,20 @@ class Scene:
         if name not in self.cameras:
             raise UsageError(f"no camera is named {name!r}; there are {', '.join(self.cameras)}")
         return self.cameras[name]
+
+    def path(self, name: str | None = None) -> CameraPath | AutoPath:
+        """A path by its name, or the first one; ``auto`` is there in every scene.
+
+        Raises:
+            UsageError: no path has that name; lists those that have one.
+        """
+        paths = dict(self.paths)
+        paths.setdefault("auto", AutoPath())
+        if name is None:
+            return next(iter(paths.values()))
+        if name not in paths:
+            raise UsageError(f"no path is named {name!r}; there are {', '.join(paths)}")
+        return paths[name]
 
     def with_lights(self, *lights: Light) -> "Scene":
         """The same scene under other lights, without what was chosen to go with the old ones."""

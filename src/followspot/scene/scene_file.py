@@ -18,10 +18,21 @@ position = [0, -200, 60]
 yaw = 90
 pitch = 5                     # positive looks down
 
+[paths.tour]                  # a camera in motion, for films
+keys = [                      # each with yaw and pitch as above, or with look_at = [x, y, z]
+    {time = 0, position = [0, -200, 60], yaw = 90},
+    {time = 5, position = [200, 0, 60], look_at = [0, 0, 80], fov = 70},
+]                             # without any time: at one speed, in this path's `seconds`
+
+[paths.fly]
+auto = true                   # found in the level
+seconds = 20
+
 [settings]
 shadow_map_size = 2048
 """
 
+import itertools
 import math
 import re
 import tomllib
@@ -36,6 +47,7 @@ from followspot import spaces
 from followspot.errors import AssetError
 from followspot.scene.camera import Camera
 from followspot.scene.light import Light, PointLight, SpotLight
+from followspot.scene.path import AutoPath, CameraPath, Key
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Vec3
 
@@ -115,6 +127,80 @@ class CameraEntry(_Entry, frozen=True, kw_only=True):
         return Camera(spaces.vec3(self.position), self.yaw, self.pitch, self.fov, name=name)
 
 
+Seconds = Annotated[float, Meta(ge=0, le=36000)]
+_SHORTEST = 0.001
+"""Seconds from one key to the next at least; for keys without times, units."""
+
+
+class KeyEntry(_Entry, frozen=True, kw_only=True):
+    """Where the camera of a path is at a time: with angles, or with a point that it looks at."""
+
+    position: Number3
+    time: Seconds | None = None
+    yaw: float | None = None
+    pitch: Annotated[float, Meta(ge=-90, le=90)] | None = None
+    look_at: Number3 | None = None
+    fov: Annotated[float, Meta(ge=1, le=170)] = 90.0
+
+    def __post_init__(self) -> None:
+        if self.look_at is None:
+            return
+        if self.yaw is not None or self.pitch is not None:
+            raise ValueError("Expected `look_at` or angles, got both")
+        if self.look_at == self.position:
+            raise ValueError("Expected a `look_at` away from `position`, got the same point")
+
+    def key(self, time: float) -> Key:
+        """The key itself, at a time in seconds."""
+        yaw, pitch = self.yaw or 0.0, self.pitch or 0.0
+        if self.look_at is not None:
+            towards = spaces.vec3(np.subtract(self.look_at, self.position))
+            yaw, pitch = spaces.angles_from_forward(towards)
+        return Key(time, spaces.vec3(self.position), yaw, pitch, self.fov)
+
+
+class PathEntry(_Entry, frozen=True, kw_only=True):
+    """A named path: either keys or one that is found in the level."""
+
+    keys: tuple[KeyEntry, ...] = ()
+    auto: bool = False
+    seconds: Annotated[float, Meta(ge=0.1, le=36000)] | None = None
+
+    def __post_init__(self) -> None:
+        if self.auto == bool(self.keys):
+            raise ValueError("Expected either `keys` or `auto = true`, got both or neither")
+        if len(self.keys) == 1:
+            raise ValueError("Expected two `keys` or more, got one")
+        times = [key.time for key in self.keys if key.time is not None]
+        if times and self.seconds is not None:
+            raise ValueError("Expected `seconds` or times in the keys, got both")
+        if times and len(times) < len(self.keys):
+            raise ValueError("Expected a time in all `keys` or in none, got some")
+        for number, (key, after) in enumerate(itertools.pairwise(self.keys), 1):
+            if times and times[number] - times[number - 1] < _SHORTEST:
+                raise ValueError(
+                    f"Expected `keys[{number}].time` at least {_SHORTEST} s after "
+                    f"{times[number - 1]:g}, got {times[number]:g}"
+                )
+            if not times and math.dist(key.position, after.position) < _SHORTEST:
+                raise ValueError(
+                    f"Expected `keys[{number}]` without a time away from the one before, "
+                    "got the same place"
+                )
+
+    def path(self) -> CameraPath | AutoPath:
+        """The path itself."""
+        if self.auto:
+            return AutoPath() if self.seconds is None else AutoPath(self.seconds)
+        timed = all(key.time is not None for key in self.keys)
+        keys = (
+            key.key(number if key.time is None else key.time)
+            for number, key in enumerate(self.keys)
+        )
+        path = CameraPath(tuple(keys))
+        return path if timed else path.at_one_speed(self.seconds or AutoPath().seconds)
+
+
 class SceneFile(_Entry, frozen=True, kw_only=True):
     """A scene file's contents, checked."""
 
@@ -125,6 +211,7 @@ class SceneFile(_Entry, frozen=True, kw_only=True):
     ambient: Power = 0.0
     lights: tuple[PointEntry | SpotEntry, ...] | None = None
     cameras: dict[str, CameraEntry] = {}
+    paths: dict[str, PathEntry] = {}
     settings: Settings = Settings()
 
 
@@ -160,17 +247,21 @@ def parse(text: str, source: str) -> SceneFile:
     except RecursionError:
         raise AssetError(source, expected="TOML", found="tables or lists too deep") from None
     _require_finite(document, source, "")
-    cameras = document.pop("cameras", {})
-    if not isinstance(cameras, dict):
-        raise AssetError(source, place="cameras", expected="a table", found=_short(cameras))
-    views = {
-        name: _convert(table, CameraEntry, source, f"cameras.{name}")
-        for name, table in cameras.items()
-    }
-    return msgspec.structs.replace(_convert(document, SceneFile, source, ""), cameras=views)
+    cameras = _named(document, "cameras", CameraEntry, source)
+    paths = _named(document, "paths", PathEntry, source)
+    file = _convert(document, SceneFile, source, "")
+    return msgspec.structs.replace(file, cameras=cameras, paths=paths)
 
 
 T = TypeVar("T")
+
+
+def _named(document: dict[str, Any], key: str, kind: type[T], source: str) -> dict[str, T]:
+    """Take the tables of one kind out of a document, so that their errors tell their names."""
+    tables = document.pop(key, {})
+    if not isinstance(tables, dict):
+        raise AssetError(source, place=key, expected="a table", found=_short(tables))
+    return {name: _convert(table, kind, source, f"{key}.{name}") for name, table in tables.items()}
 
 
 def _convert(value: object, kind: type[T], source: str, key: str) -> T:

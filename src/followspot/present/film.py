@@ -1,0 +1,252 @@
+"""A film of a scene, from what was typed to the file."""
+
+import os
+import signal
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
+
+from followspot.errors import UsageError
+from followspot.present import arguments, video, workers
+from followspot.present.frames import Film, FilmCamera, Picture, exposure_for
+from followspot.present.renderer import view_named
+from followspot.present.still import Wish, open_scene
+from followspot.present.video import Shape, Written
+from followspot.scene import auto_path
+from followspot.scene.path import AutoPath, CameraPath
+from followspot.scene.scene import Scene
+
+MAX_FRAMES = 1_000_000
+MAX_SAMPLES = 256
+
+
+@dataclass(frozen=True)
+class FilmWish:
+    """What was typed about a film, beside what it shows.
+
+    Attributes:
+        path: Name of the camera's path; none is the scene's first one.
+        seconds: Length; none is the path's own.
+        fps: Frames a second.
+        samples: Moments averaged for each frame.
+        supersample: Pixels drawn along an edge of each of the film's.
+        max_bytes: Largest file allowed.
+        jobs: Processes that draw.
+    """
+
+    path: str | None = None
+    seconds: float | None = None
+    fps: float = 30.0
+    samples: int = 1
+    supersample: int = 1
+    max_bytes: int | None = None
+    jobs: int = 1
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where a film goes: a file in one of `video.CODECS`, or a folder of pictures."""
+
+    path: Path
+    is_folder: bool
+
+
+class Interrupt:
+    """Ctrl-C and kill -TERM as something to ask about, while it is a context.
+
+    Attributes:
+        signal: The one that came last; none so far if None.
+    """
+
+    def __init__(self) -> None:
+        self.signal: int | None = None
+        self._is_new = False
+
+    def take(self) -> bool:
+        """Whether one has come since the last time that this was asked."""
+        is_new, self._is_new = self._is_new, False
+        return is_new
+
+    def _come(self, number: int, _: FrameType | None) -> None:
+        self.signal, self._is_new = number, True
+
+    def __enter__(self) -> "Interrupt":
+        numbers = (signal.SIGINT, signal.SIGTERM)
+        self._before = [(number, signal.signal(number, self._come)) for number in numbers]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before:
+            signal.signal(number, handler)
+
+
+def run(scene: str, output: str, wish: Wish, film_wish: FilmWish) -> int:
+    """Make a film and tell about it; the process's exit code.
+
+    Raises:
+        AssetError: the scene cannot be opened.
+        ContextError: there is no OpenGL.
+        UsageError: something in the wishes makes no sense, or the film cannot be written.
+    """
+    to = parse_output(output, film_wish)
+    console = Console(stderr=True)
+    with console.status(f"opening {scene}"):
+        opened, film = plan(scene, wish, film_wish, to)
+    with Interrupt() as interrupt, _bar(console) as bar:
+        task = bar.add_task(scene, total=film.frame_count)
+        pictures = bar.track(
+            _pictures(scene, opened, wish, film, film_wish.jobs, interrupt), task_id=task
+        )
+        written = write(to, pictures, film, film_wish.max_bytes, interrupt)
+    _tell(console, to, film, written)
+    return 0 if interrupt.signal is None else 128 + interrupt.signal
+
+
+class _SpeedColumn(ProgressColumn):
+    """Frames a second."""
+
+    def render(self, task: Task) -> Text:
+        speed = task.finished_speed or task.speed
+        return Text(f"{speed:.1f} frames/s" if speed else "")
+
+
+def _bar(console: Console) -> Progress:
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _SpeedColumn()
+    return Progress(*columns, TextColumn("left"), TimeRemainingColumn(), console=console)
+
+
+def _tell(console: Console, to: Output, film: Film, written: Written) -> None:
+    def say(text: str) -> None:
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    if not written.frames:
+        say(f"interrupted before the first frame: no {to.path}")
+        return
+    seconds = written.frames / float(film.fps)
+    say(f"{to.path}: {written.frames} frames, {seconds:.1f} s, {written.bytes:,} bytes")
+    if written.frames < film.frame_count:
+        say(f"interrupted: these are the first of {film.frame_count} frames")
+    if written.bytes < written.wanted_bytes:
+        say(
+            f"the quality had to drop to keep to --max-bytes: at full quality the film has "
+            f"{written.wanted_bytes:,} bytes"
+        )
+
+
+def parse_output(text: str, wish: FilmWish) -> Output:
+    """Where a film goes, by how the name ends.
+
+    Raises:
+        UsageError: no film can have that name, or the wish asks what it cannot hold.
+    """
+    path = Path(text)
+    is_folder = text.endswith(("/", os.sep)) or not path.suffix
+    if not is_folder and path.suffix.lower() not in video.CODECS:
+        known = ", ".join(video.CODECS)
+        raise UsageError(f"{text}: expected a name that ends in {known}, or in / for a folder")
+    if is_folder and not path.name:
+        raise UsageError(f"{text}: expected the name of a folder that can be made anew")
+    if is_folder and wish.max_bytes is not None:
+        raise UsageError("--max-bytes: only a film's file can be held to it, not a folder")
+    if is_folder and path.exists() and (not path.is_dir() or _holds_others(path)):
+        raise UsageError(f"{text}: expected a folder of a film's frames, or nothing yet")
+    return Output(path, is_folder)
+
+
+def _holds_others(folder: Path) -> bool:
+    return any(not (f.name.startswith("frame-") and f.suffix == ".png") for f in folder.iterdir())
+
+
+def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[Scene, Film]:
+    """The scene and all that the film's frames depend on.
+
+    Raises:
+        AssetError, ContextError, UsageError: as `run`.
+    """
+    size, view = arguments.parse_size(wish.size), view_named(wish.view)
+    even = tuple(edge + edge % 2 for edge in size)
+    if not to.is_folder and size != even:
+        raise UsageError(
+            f"--size: expected even numbers, since the film has a colour for every 2x2 pixels, "
+            f"found {wish.size}; {even[0]}x{even[1]} would do"
+        )
+    if not 1 <= film_wish.fps <= 240:
+        raise UsageError(f"--fps: expected 1 to 240 frames a second, found {film_wish.fps:g}")
+    scene, _ = open_scene(scene_name, wish)
+    path = _path(scene, film_wish)
+    fps = Fraction(film_wish.fps).limit_denominator(1001)
+    count = max(1, round(path.seconds * fps))
+    if count > MAX_FRAMES:
+        raise UsageError(f"--seconds: {count} frames are more than the {MAX_FRAMES} allowed")
+    film = Film(
+        path, size, fps, count, view,
+        exposure_for(scene, path, view), film_wish.samples, film_wish.supersample,
+    )  # fmt: skip
+    return scene, film
+
+
+def _path(scene: Scene, wish: FilmWish) -> CameraPath:
+    """The path that was asked for, as long as was asked for."""
+    if wish.seconds is not None and not 0 < wish.seconds <= 36000:
+        raise UsageError(f"--seconds: expected more than 0, to 36000, found {wish.seconds:g}")
+    path = scene.path(wish.path)
+    if isinstance(path, AutoPath):
+        return auto_path.find(scene, wish.seconds or path.seconds)
+    return path if wish.seconds is None else path.lasting(wish.seconds)
+
+
+def _pictures(
+    name: str, scene: Scene, wish: Wish, film: Film, jobs: int, interrupt: Interrupt
+) -> Iterator[Picture]:
+    """The film's frames in order, up to an interrupt."""
+    if jobs > 1:
+        yield from workers.pictures(name, wish, film, jobs, interrupt.take)
+        return
+    with FilmCamera(scene, film) as camera:
+        for picture in camera.pictures(range(film.frame_count)):
+            yield picture
+            if interrupt.take():
+                return
+
+
+def write(
+    to: Output, pictures: Iterable[Picture], film: Film, max_bytes: int | None, interrupt: Interrupt
+) -> Written:
+    """Write a film under its final name only when all of it is there; nothing without a frame.
+
+    Raises:
+        UsageError: it cannot be written there, or not so small.
+    """
+    try:
+        to.path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(
+            prefix=f".{to.path.stem}-", dir=to.path.parent
+        ) as workshop:
+            part = Path(workshop) / to.path.name
+            if to.is_folder:
+                written = video.write_folder(part, pictures)
+            else:
+                shape = Shape(film.size, film.fps)
+                written = video.write_video(part, pictures, shape, max_bytes, interrupt.take)
+            if written.frames:
+                if to.is_folder and to.path.exists():
+                    to.path.rename(Path(workshop) / "before")
+                part.replace(to.path)
+    except OSError as error:
+        raise UsageError(f"{to.path}: cannot be written: {error.strerror or error}") from None
+    return written

@@ -1,0 +1,136 @@
+"""The frames of a film, each of which depends on its number alone."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.gpu.readback import Readback
+from followspot.gpu.targets import Target
+from followspot.passes import lighting
+from followspot.passes.average import AveragePass
+from followspot.passes.frame import FrameInput
+from followspot.passes.view import View
+from followspot.present.renderer import Renderer
+from followspot.scene.path import CameraPath
+from followspot.scene.scene import Scene
+
+Picture = NDArray[Any]
+"""(h, w, 3) uint8 as displayed, top row first."""
+
+SHUTTER = 0.5
+"""Share of a frame's time that the shutter is open where there is motion blur: a film camera's 180
+degrees."""
+
+EXPOSURES = 9
+"""Moments of a film that its one exposure is the median of."""
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """All that a film's frames depend on beside the scene.
+
+    Attributes:
+        path: Where the camera is at which time.
+        size: (width, height) in pixels.
+        fps: Frames a second.
+        frame_count: How many frames there are.
+        view: The stage that they show.
+        exposure: Display value per radiance, the same all along, so that nothing pumps.
+        samples: Moments that are averaged for each frame; 1 has no motion blur.
+        supersample: Pixels that are drawn along an edge of each of the film's.
+    """
+
+    path: CameraPath
+    size: tuple[int, int]
+    fps: Fraction
+    frame_count: int
+    view: View = View.FINAL
+    exposure: float = 1.0
+    samples: int = 1
+    supersample: int = 1
+
+    def times(self, number: int) -> list[float]:
+        """Seconds at which a frame's samples are taken, around ``number / fps``."""
+        shifts = ((k + 0.5) / self.samples - 0.5 for k in range(self.samples))
+        return [(number + SHUTTER * shift) / float(self.fps) for shift in shifts]
+
+
+class FilmCamera:
+    """Draws frames of a film in this process.
+
+    Use it as a context manager, or call `close`.
+
+    Raises:
+        ContextError: no OpenGL context can be had.
+        UsageError: frames of that size cannot be drawn.
+    """
+
+    def __init__(self, scene: Scene, film: Film) -> None:
+        self._scene, self._film = scene, film
+        self._lights = lighting.in_order(scene.lights)
+        width, height = film.size
+        self._renderer = Renderer((width * film.supersample, height * film.supersample))
+        self._renderer.open(scene)
+        drawn = self._renderer.target()
+        context = drawn.framebuffer.ctx
+        self._readback = Readback(context, film.size)
+        self._mean: Target | None = None
+        if film.samples > 1 or film.supersample > 1:
+            self._mean = Target(context, film.size, is_linear=False)
+            self._average = AveragePass(context, film.supersample, film.samples, self._mean)
+
+    def pictures(self, numbers: Iterable[int]) -> Iterator[Picture]:
+        """Draw frames by their numbers; the next ones are drawn while one is on its way here."""
+        for number in numbers:
+            self._readback.start(self._draw(number))
+            if self._readback.is_full:
+                yield self._readback.fetch()
+        while self._readback.count:
+            yield self._readback.fetch()
+
+    def _draw(self, number: int) -> Target:
+        encoded = self._film.view.is_encoded
+        if self._mean is not None:
+            self._average.begin()
+        for time in self._film.times(number):
+            self._renderer.draw(self._frame(time))
+            if self._mean is not None:
+                self._average.add(self._renderer.target(), encoded=encoded)
+        if self._mean is None:
+            return self._renderer.target()
+        self._average.finish(encoded=encoded)
+        return self._mean
+
+    def _frame(self, time: float) -> FrameInput:
+        """Everything that moves is put in its place here: so far, the camera."""
+        film, scene = self._film, self._scene
+        camera = film.path.camera(time)
+        return FrameInput(scene, camera, self._lights, scene.settings, film.exposure, film.view)
+
+    def close(self) -> None:
+        """Give back everything on the GPU."""
+        self._readback.release()
+        if self._mean is not None:
+            self._average.release()
+            self._mean.release()
+        self._renderer.close()
+
+    def __enter__(self) -> "FilmCamera":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def exposure_for(scene: Scene, path: CameraPath, view: View) -> float:
+    """One exposure for a whole film: the median of those of moments along its path."""
+    if scene.settings.exposure is not None or not view.is_light:
+        return scene.settings.exposure or 1.0
+    with Renderer((160, 120)) as renderer:
+        moments = np.linspace(0, path.seconds, EXPOSURES)
+        cameras = [path.camera(time) for time in moments]
+        return float(np.median([renderer.exposure(scene, camera) for camera in cameras]))

@@ -1,0 +1,118 @@
+"""Frames of a film drawn by several processes, handed on in the order of their numbers.
+
+Process j of n draws the frames j, j + n, j + 2n, ... and writes their bytes to a pipe. A pipe holds
+about a frame, so that no process runs far ahead. It is a plain command with a job on stdin:
+``python -m followspot.present.workers``.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from select import select
+
+import numpy as np
+
+from followspot.errors import FollowspotError
+from followspot.present.frames import Film, FilmCamera, Picture
+from followspot.present.still import Wish, open_scene
+
+_PIPE_BYTES = 1 << 20
+_PATIENCE = 0.1  # seconds between looks at whether somebody wants to stop
+
+
+@dataclass(frozen=True)
+class Job:
+    """What one process draws; everything that it needs to know."""
+
+    scene: str
+    wish: Wish
+    film: Film
+    numbers: range
+
+
+def pictures(
+    scene: str, wish: Wish, film: Film, jobs: int, stopped: Callable[[], bool]
+) -> Iterator[Picture]:
+    """All frames of a film, in order, until somebody wants to stop.
+
+    Args:
+        scene: Name of the scene that the film is of; each process opens it anew.
+        wish: What was typed about it.
+        film: What to draw.
+        jobs: How many processes draw it.
+        stopped: Whether to stop waiting for the next frame.
+
+    Raises:
+        FollowspotError: a process ended before its frames did.
+    """
+    workers = [
+        _start(Job(scene, wish, film, range(j, film.frame_count, jobs)))
+        for j in range(min(jobs, film.frame_count))
+    ]
+    try:
+        for number in range(film.frame_count):
+            picture = _receive(workers[number % len(workers)], film.size, stopped)
+            if picture is None:
+                return
+            yield picture
+    finally:
+        for worker in workers:
+            worker.kill()
+            with worker:  # closes its pipe and waits for it
+                pass
+
+
+def _start(job: Job) -> "subprocess.Popen[bytes]":
+    worker = subprocess.Popen(
+        [sys.executable, "-m", __name__],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        bufsize=0,
+        pipesize=_PIPE_BYTES if sys.platform == "linux" else -1,
+        process_group=0,  # Ctrl-C in a terminal is for us, who then end it
+    )
+    assert worker.stdin is not None
+    worker.stdin.write(pickle.dumps(job))
+    worker.stdin.close()
+    return worker
+
+
+def _receive(
+    worker: "subprocess.Popen[bytes]", size: tuple[int, int], stopped: Callable[[], bool]
+) -> Picture | None:
+    """The next picture of a process; none if somebody wants to stop before it is here."""
+    picture = np.empty((*size[::-1], 3), np.uint8)
+    missing = picture.data.cast("B")
+    assert worker.stdout is not None
+    while missing:
+        if stopped():
+            return None
+        if select([worker.stdout], [], [], _PATIENCE)[0]:
+            count = os.readv(worker.stdout.fileno(), [missing])
+            if not count:
+                code = worker.wait()
+                raise FollowspotError(f"a process that drew frames ended early, with code {code}")
+            missing = missing[count:]
+    return picture
+
+
+def main() -> None:
+    """Be one of the processes: a pickled `Job` on stdin, pixels to stdout."""
+    out = os.dup(1)
+    os.dup2(2, 1)  # what anybody prints must not get among the pixels
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # nobody reads any more: end
+    job: Job = pickle.load(sys.stdin.buffer)
+    scene, _ = open_scene(job.scene, job.wish)
+    with open(out, "wb", buffering=0) as pipe, FilmCamera(scene, job.film) as camera:  # noqa: PTH123
+        for picture in camera.pictures(job.numbers):
+            left = np.ascontiguousarray(picture).data.cast("B")
+            while left:
+                left = left[pipe.write(left) :]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,425 @@
+"""A fly-through that is found in the level alone.
+
+Open space is looked at on a lattice of points with room around them. A tour goes from stop to stop,
+which are spawn points and open places, through the lattice's largest part: always on to the nearest
+stop that has not been passed, preferably by ways not yet gone. Its zigzag is then pulled smooth as
+far as the walls permit, and the camera looks ahead along it, turning slowly.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot import spaces
+from followspot.errors import UsageError
+from followspot.scene import bsp_tree
+from followspot.scene.level import Level
+from followspot.scene.open_space import OpenSpace
+from followspot.scene.path import CameraPath, Key
+from followspot.scene.scene import Scene, spawn_cameras
+
+Array = NDArray[np.float64]
+Cells = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+MARGIN = 16.0
+"""Units that the camera keeps from every wall, along each axis."""
+
+SPEED = 256.0
+"""Units a second: the game's players run at 320. Small levels are flown through more slowly."""
+
+MAX_TURN = 50.0
+"""Degrees a second that the camera turns at most, as long as its path lets it."""
+
+LONGEST = 120.0
+"""Seconds of flight that are looked for; longer films fly more slowly."""
+
+ACCELERATION = 250.0
+"""Units per second squared, at most, in bends and before them."""
+
+_ROOM = 20.0  # units that are asked for on the way: what comes between points may lose some
+_SPACING = 24.0  # units between lattice points, or more where there would be too many; a gateway of
+# 64 units, the usual width, leaves 64 - 2 * 20 for them, so that one always fits
+_MAX_POINTS = 600_000
+_STEP = 8.0  # units between points of the curve
+_LOOK_AHEAD = 220.0  # units
+_RATE = 120  # looks a second at where the camera is
+_FINER_AND_FINER = ((0.2, 0.4), (0.2, 0.2), (0.1, 0.2), (0.1, 0.1), (0.03, 0.1), (0.01, 0.05))
+"""Seconds that a place is blurred over, and from key to key: the first that keeps the margin."""
+
+
+def find(scene: Scene, seconds: float) -> CameraPath:
+    """A path of a given duration; always the same for the same level.
+
+    Raises:
+        UsageError: the level has no room for a camera.
+    """
+    lattice = Lattice.of(scene.level)
+    curve = _smoothed(scene.level, _tour(lattice, *_stops(scene, lattice), seconds))
+    return _with_camera(scene.level, curve, seconds, _speed(lattice))
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Points in the level's box, a fixed distance apart, and which of them are in open space.
+
+    Points are known by one number each; a step along an axis adds or subtracts a fixed one.
+
+    Attributes:
+        origin: (3,) world place of point 0.
+        spacing: Units between neighbours.
+        shape: Points along each axis; the outermost are never open.
+        open: (points,) bool, those in the largest connected part.
+        steps: (6,) what leads to a neighbour: +x, -x, +y, -y, +z, -z.
+    """
+
+    origin: Array
+    spacing: float
+    shape: tuple[int, ...]
+    open: Mask
+    steps: Cells
+
+    @classmethod
+    def of(cls, level: Level) -> "Lattice":
+        """The lattice of a level."""
+        mins, maxs = (level.bsp.models[name][0].astype(np.float64) for name in ("mins", "maxs"))
+        extent = np.maximum(maxs - mins, 1.0)
+        spacing = _SPACING
+        while np.prod(np.ceil(extent / spacing) + 1) > _MAX_POINTS:
+            spacing *= 1.05
+        inner = np.ceil(extent / spacing).astype(np.int64)
+        shape = tuple((inner + 2).tolist())
+        origin = mins - spacing / 2
+        index = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)
+        points = origin + index.reshape(-1, 3) * spacing
+        inside = ((index > 0) & (index <= inner)).all(axis=-1).ravel()
+        is_open = (
+            inside & ~bsp_tree.leaf_is_solid(level.bsp)[bsp_tree.point_leafs(level.bsp, points)]
+        )
+        # Boxes that touch: what is free around two neighbours is free all the way between them.
+        room = OpenSpace(level, max(spacing / 2, _ROOM))
+        is_open[is_open] = room.is_free(points[is_open])
+        strides = (shape[1] * shape[2], shape[2], 1)
+        steps = np.array([sign * stride for stride in strides for sign in (1, -1)])
+        eyes = np.array([camera.position for camera in spawn_cameras(level.bsp).values()])
+        lattice = cls(origin, spacing, shape, is_open, steps)
+        return cls(origin, spacing, shape, lattice._main_part(eyes), steps)
+
+    def points(self, cells: Cells) -> Array:
+        """(n, 3) world places of lattice points."""
+        index = np.stack(np.unravel_index(cells, self.shape), axis=-1)
+        return np.asarray(self.origin + index * self.spacing)
+
+    def nearest(self, place: Array, within: float) -> int | None:
+        """The open lattice point nearest to a world place, if one is near enough."""
+        cells = np.flatnonzero(self.open)
+        distance = np.linalg.norm(self.points(cells) - place, axis=1)
+        best = int(distance.argmin()) if len(cells) else 0
+        return int(cells[best]) if len(cells) and distance[best] <= within else None
+
+    def _main_part(self, eyes: Array) -> Mask:
+        """The largest connected part, of those that hold spawn points if any do."""
+        reach = 3 * self.spacing
+        starts = [cell for eye in eyes if (cell := self.nearest(eye, reach)) is not None]
+        left, best = self.open.copy(), np.zeros_like(self.open)
+        for start in starts:
+            if left[start]:
+                best = max(best, self._flood(start, left), key=np.count_nonzero)
+        while not starts and np.count_nonzero(left) > np.count_nonzero(best):
+            best = max(best, self._flood(int(left.argmax()), left), key=np.count_nonzero)
+        return best
+
+    def _flood(self, start: int, left: Mask) -> Mask:
+        """All that is connected to a point; taken out of `left`."""
+        part = np.zeros_like(left)
+        front = np.array([start])
+        while front.size:
+            part[front], left[front] = True, False
+            around = (front[:, np.newaxis] + self.steps).ravel()
+            front = np.unique(around[left[around]])
+        return part
+
+    def grown(self, mask: Mask, times: int) -> Mask:
+        """A mask of points with their neighbours, again and again; only open points."""
+        for _ in range(times):
+            spread = mask.copy()
+            for step in self.steps.tolist():
+                spread |= np.roll(mask, step)  # the rim is never open: nothing comes round
+            mask = spread & self.open
+        return mask
+
+
+def _speed(lattice: Lattice) -> float:
+    extent = np.cbrt(np.count_nonzero(lattice.open)) * lattice.spacing
+    return min(SPEED, float(extent) / 2)
+
+
+def _passed_from(lattice: Lattice) -> float:
+    """Units from which a stop counts as passed."""
+    return 200.0 * _speed(lattice) / SPEED
+
+
+def _clearance(lattice: Lattice, most: int) -> NDArray[np.int64]:
+    """(points,) how many steps away what is not open is, from 1 to `most`; 0 there itself."""
+    count = lattice.open.astype(np.int64)
+    inner = lattice.open
+    for _ in range(most - 1):
+        eroded = inner.copy()
+        for step in lattice.steps.tolist():
+            eroded &= np.roll(inner, step)
+        inner = eroded
+        count += inner
+    return count
+
+
+def _stops(scene: Scene, lattice: Lattice) -> tuple[list[int], int]:
+    """Lattice points to pass, spawn points and open places far from all others; where to begin.
+
+    Raises:
+        UsageError: there is not one.
+    """
+    up = np.array([0, 0, spaces.EYE_HEIGHT])
+    eyes = [camera.position + up for camera in spawn_cameras(scene.level.bsp).values()]
+    snapped = [lattice.nearest(eye, 160.0) for eye in eyes]
+    stops = list(dict.fromkeys(cell for cell in snapped if cell is not None))
+    clearance = _clearance(lattice, 4)
+    low = lattice.grown(lattice.open & ~np.roll(lattice.open, -lattice.steps[5]), 4)
+    candidates = np.flatnonzero((clearance >= min(3, clearance.max(initial=0))) & low)
+    if not stops and not len(candidates):
+        raise UsageError(f"{scene.name}: no room for a camera to fly through; give it a path")
+    spawns = len(stops)
+    stops = stops or [int(candidates[0])]
+    places = lattice.points(candidates)
+    distance = np.full(len(candidates), np.inf)
+    for stop in stops:
+        near = np.linalg.norm(places - lattice.points(np.array([stop])), axis=1)
+        distance = np.minimum(distance, near)
+    for _ in range(12):
+        if not len(candidates) or distance.max() < 2 * _passed_from(lattice):
+            break
+        farthest = int(distance.argmax())
+        stops.append(int(candidates[farthest]))
+        distance = np.minimum(distance, np.linalg.norm(places - places[farthest], axis=1))
+    return stops, max(stops[: max(spawns, 1)], key=lambda cell: clearance[cell])
+
+
+def _tour(lattice: Lattice, stops: list[int], start: int, seconds: float) -> Array:
+    """(n, 3) lattice points on the way from stop to stop, long enough for the film."""
+    wanted = 2 * _speed(lattice) * min(seconds, LONGEST) + 4 * _LOOK_AHEAD
+    cost = np.where(lattice.open, 5 - _clearance(lattice, 4), 0)
+    places = lattice.points(np.array(stops))
+    passed = np.array(stops) == start
+    route = [start]
+    trodden = np.zeros_like(lattice.open)
+    while len(route) * lattice.spacing < wanted and len(stops) > 1:
+        if passed.all():
+            passed = np.array(stops) == route[-1]
+            trodden[:] = False
+        leg = _way(lattice, cost + 6 * trodden * lattice.open, route[-1], np.array(stops)[~passed])
+        route += leg[1:]
+        on_leg = np.zeros_like(lattice.open)
+        on_leg[leg] = True
+        trodden |= lattice.grown(on_leg, 3)
+        apart = np.linalg.norm(places[:, np.newaxis] - lattice.points(np.array(leg)), axis=2)
+        passed |= apart.min(axis=1) < _passed_from(lattice)
+        passed[stops.index(leg[-1])] = True
+    return lattice.points(np.array(route))
+
+
+def _way(lattice: Lattice, cost: NDArray[np.int64], start: int, goals: Cells) -> list[int]:
+    """The cheapest way to one of the goals: Dijkstra, all points of one distance at a time.
+
+    Args:
+        lattice: Where.
+        cost: (points,) small whole numbers, what entering a point costs; 0 where none may.
+        start: Where from.
+        goals: Where to, whichever is nearest.
+
+    Returns:
+        Lattice points from start to goal, both included.
+    """
+    far = np.iinfo(np.int32).max
+    distance = np.full(len(cost), far, np.int32)
+    distance[start] = 0
+    waiting = {0: [np.array([start])]}
+    now = 0
+    while waiting and not (distance[goals] <= now).any():
+        front = np.unique(np.concatenate(waiting.pop(now, [goals[:0]])))
+        front = front[distance[front] == now]
+        around = (front[:, np.newaxis] + lattice.steps).ravel()
+        around = around[cost[around] > 0]
+        reached = now + cost[around]
+        better = reached < distance[around]
+        around, reached = around[better], reached[better]
+        distance[around] = reached
+        for value in np.unique(reached).tolist():
+            waiting.setdefault(value, []).append(around[reached == value])
+        now += 1
+    goal = int(goals[distance[goals].argmin()])
+    if distance[goal] == far:
+        return [start]
+    return _back(lattice, cost, distance, goal)
+
+
+def _back(
+    lattice: Lattice, cost: NDArray[np.int64], distance: NDArray[np.int32], goal: int
+) -> list[int]:
+    """From a goal back to where its distance is 0, turning at every chance: diagonals."""
+    way, last = [goal], -1
+    while distance[way[-1]]:
+        around = way[-1] + lattice.steps
+        fits = np.flatnonzero(distance[around] == distance[way[-1]] - cost[way[-1]])
+        turns = [k for k in fits.tolist() if k // 2 != last // 2]
+        last = turns[0] if turns else int(fits[0])
+        way.append(int(around[last]))
+    return way[::-1]
+
+
+def _smoothed(level: Level, points: Array) -> Array:
+    """(n, 3) points _STEP apart on a smooth curve near a route, free of walls.
+
+    First the route is pulled straight like a rubber band, which stays in roomy places once it is
+    there; then it is blurred, as widely as the walls permit from place to place.
+    """
+    tight, roomy = OpenSpace(level, _ROOM), OpenSpace(level, 2 * MARGIN)
+    points = _pulled(points, tight, roomy, 100)
+    points = _pulled(_freed(_spaced(points, _STEP), tight), tight, roomy, 30)
+    width = np.full(len(points), 12.0)  # standard deviations of the blur, in steps
+    while True:
+        curve = _blurred(points, width)
+        blocked = ~tight.is_free(curve)
+        if not blocked.any() or width.min() < 0.05:
+            return _spaced(curve, _STEP)
+        near = _blurred(blocked[:, np.newaxis].astype(np.float64), np.full(len(points), 12.0))
+        width *= np.where(near[:, 0] > 0.01, 0.7, 1.0)
+
+
+def _pulled(points: Array, tight: OpenSpace, roomy: OpenSpace, times: int) -> Array:
+    """(n, 3) points moved halfway to the middle of their neighbours, where there is room."""
+    has_room = roomy.is_free(points)
+    for _ in range(times):
+        moved = points.copy()
+        moved[1:-1] += ((points[:-2] + points[2:]) / 2 - points[1:-1]) / 2
+        gets_room = roomy.is_free(moved)
+        may = gets_room.copy()
+        unsure = ~gets_room & ~has_room
+        may[unsure] = tight.is_free(moved[unsure])
+        points = np.where(may[:, np.newaxis], moved, points)
+        has_room = np.where(may, gets_room, has_room)
+    return points
+
+
+def _freed(points: Array, tight: OpenSpace) -> Array:
+    """(n, 3) points, those too near to a wall (the band cuts corners) moved to the nearest room."""
+    around = np.stack(np.meshgrid(*[np.arange(-12, 13, 4)] * 3, indexing="ij"), axis=-1)
+    around = around.reshape(-1, 3)[np.argsort(np.linalg.norm(around.reshape(-1, 3), axis=1))]
+    blocked = np.flatnonzero(~tight.is_free(points))
+    tries = (points[blocked, np.newaxis] + around).reshape(-1, 3)
+    nearest = tight.is_free(tries).reshape(len(blocked), len(around)).argmax(axis=1)
+    freed = points.copy()
+    freed[blocked] += around[nearest]
+    return freed
+
+
+def _blurred(values: Array, width: Array) -> Array:
+    """(n, c) values under Gaussians whose standard deviation changes along the way."""
+    shift = np.arange(-math.ceil(3 * width.max(initial=1)), math.ceil(3 * width.max(initial=1)) + 1)
+    weight = np.exp(-0.5 * (shift / np.maximum(width, 1e-3)[:, np.newaxis]) ** 2)
+    # Ends stay where they are: beyond them, the way goes on as it came, turned about the end.
+    index = np.arange(len(values))[:, np.newaxis] + shift
+    inside = np.clip(index, 0, len(values) - 1)
+    mirrored = np.clip(2 * inside - index, 0, len(values) - 1)
+    taken = 2 * values[inside] - values[mirrored]
+    return np.asarray((weight[..., np.newaxis] * taken).sum(axis=1) / weight.sum(axis=1)[:, None])
+
+
+def _arc(points: Array) -> Array:
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _at(points: Array, arc: Array) -> Array:
+    """(n, 3) points of a polyline at arc lengths."""
+    lengths = _arc(points)
+    return np.stack([np.interp(arc, lengths, points[:, k]) for k in range(3)], axis=1)
+
+
+def _spaced(points: Array, step: float) -> Array:
+    length = float(_arc(points)[-1])
+    return _at(points, np.linspace(0, length, max(2, math.ceil(length / step) + 1)))
+
+
+def _with_camera(level: Level, curve: Array, seconds: float, speed: float) -> CameraPath:
+    """A path along a curve, with keys as close as it takes to keep the margin."""
+    total = float(_arc(curve)[-1])
+    moments = _moments(curve, speed)
+    duration = min(seconds, float(moments[-1]))
+    lengths = _arc(curve)
+
+    def arc(times: Array) -> Array:
+        return np.asarray(np.interp(times / seconds * duration, moments, lengths))
+
+    fine = np.linspace(0, seconds, max(2, math.ceil(seconds * _RATE) + 1))
+    step = seconds / (len(fine) - 1)
+    here, there = (_at(curve, arc(fine) + shift) for shift in (0.0, min(_LOOK_AHEAD, total / 4)))
+    angles = _turned_slowly(there - here, step)
+    room = OpenSpace(level, MARGIN)
+    for blur, gap in _FINER_AND_FINER:
+        times = np.linspace(0, seconds, max(2, math.ceil(seconds / gap) + 1))
+        values = np.concatenate([_blurred_flat(here, blur / step), angles], axis=1)
+        x, y, z, yaw, pitch = (np.interp(times, fine, column) for column in values.T)
+        keys = zip(
+            times.tolist(), np.stack([x, y, z], axis=1), yaw.tolist(), pitch.tolist(), strict=True
+        )
+        path = CameraPath(tuple(Key(*key) for key in keys))
+        if room.is_free(path.positions(fine)).all():
+            break
+    return path
+
+
+def _moments(curve: Array, speed: float) -> Array:
+    """(n,) seconds at which the camera is at each point of a curve: slower where it bends.
+
+    The sideways acceleration that a bend asks for is bounded, and so is braking before it.
+    """
+    step = np.diff(_arc(curve))
+    reach = 3  # points on either side that a bend is measured over
+    padded = np.pad(curve, ((reach, reach), (0, 0)), mode="edge")
+    bend = np.linalg.norm(padded[2 * reach :] - 2 * curve + padded[: -2 * reach], axis=1)
+    bend[:reach] = bend[len(bend) - reach :] = 0
+    curvature = bend / (reach * _STEP) ** 2
+    limit = np.minimum(speed, np.sqrt(ACCELERATION / np.maximum(curvature, 1e-9)))
+    # The fastest that brakes in time for what is ahead: v^2 = u^2 + 2 a s, both ways.
+    squares = limit**2 / (2 * ACCELERATION)
+    along = np.concatenate([[0.0], np.cumsum(step)])
+    squares = np.minimum.accumulate(squares - along) + along
+    squares = (np.minimum.accumulate((squares + along)[::-1]))[::-1] - along
+    pace = np.sqrt(squares * 2 * ACCELERATION)
+    return np.concatenate([[0.0], np.cumsum(2 * step / (pace[1:] + pace[:-1]))])
+
+
+def _turned_slowly(direction: Array, step: float) -> Array:
+    """(n, 2) yaw and pitch in degrees that follow directions, `step` seconds apart, smoothly."""
+    flat = np.hypot(direction[:, 0], direction[:, 1])
+    if not flat.any():  # no way to go: the camera looks around
+        yaw = MAX_TURN / 2 * step * np.arange(len(direction))
+        return np.stack([yaw, np.zeros_like(yaw)], axis=1)
+    yaw = np.unwrap(np.degrees(np.arctan2(direction[:, 1], direction[:, 0])), period=360)
+    pitch = np.clip(-0.7 * np.degrees(np.arctan2(direction[:, 2], flat)), -25, 25)
+    angles = np.stack([yaw, pitch], axis=1)
+    for width in 0.5 * 1.3 ** np.arange(8):  # seconds
+        turned = _blurred_flat(angles, width / step)
+        if np.abs(np.diff(turned, axis=0)).max(initial=0) <= MAX_TURN * step:
+            break
+    return turned
+
+
+def _blurred_flat(values: Array, width: float) -> Array:
+    """(n, c) values under one Gaussian; beyond the ends they stay the same."""
+    reach = math.ceil(3 * width)
+    weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
+    padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
+    columns = [np.convolve(column, weight / weight.sum(), mode="valid") for column in padded.T]
+    return np.stack(columns, axis=1)

@@ -1,0 +1,144 @@
+"""Fly-throughs that are found in levels: free of walls, smooth, and the same every time."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from followspot.assets.bsp import LUMPS
+from followspot.errors import UsageError
+from followspot.scene import auto_path, bsp_tree
+from followspot.scene.load import load
+from followspot.scene.open_space import OpenSpace
+from followspot.scene.path import CameraPath
+from followspot.scene.scene import Scene, spawn_cameras
+from synthetic import make_scene
+
+SECONDS = 12.0
+LEVELS = [
+    "courtyard",
+    *(
+        pytest.param(name, marks=pytest.mark.openarena)
+        for name in ("oa_dm5", "aggressor", "oa_rpg3dm2", "am_spacecont", "am_thornish")
+    ),
+]
+
+
+@cache
+def found(name: str) -> tuple[Scene, CameraPath]:
+    scene = load(name)
+    scene.archive.close()
+    return scene, auto_path.find(scene, SECONDS)
+
+
+def every(path: CameraPath, units: float) -> NDArray[np.float64]:
+    """Places of the eye so near to each other."""
+    times = np.linspace(0, path.seconds, 4000)
+    positions = path.positions(times)
+    assert np.linalg.norm(np.diff(positions, axis=0), axis=1).max() < units
+    return positions
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_no_wall_is_nearer_than_the_margin(name: str) -> None:
+    """By lines from the eye to a cage around it, which neither end nor pass through a wall."""
+    scene, path = found(name)
+    eyes = every(path, 2.0)
+    steps = np.linspace(-1, 1, 5) * auto_path.MARGIN * 0.999
+    cage = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    cage = cage[np.abs(cage).max(axis=1) > auto_path.MARGIN * 0.9]
+    start = np.repeat(eyes[::8], len(cage), axis=0)
+    end = start + np.tile(cage, (len(eyes[::8]), 1))
+    assert (bsp_tree.trace(scene.level.bsp, start, end) == 1).all()
+    assert not bsp_tree.leaf_is_solid(scene.level.bsp)[
+        bsp_tree.point_leafs(scene.level.bsp, eyes)
+    ].any()
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_nothing_drawn_is_at_the_eye(name: str) -> None:
+    """Every corner of every opaque triangle keeps away, patches, models and doors included."""
+    scene, path = found(name)
+    mesh = scene.mesh
+    eyes = every(path, 2.0)[::8]
+    opaque = np.array([m.blend is None for m in scene.materials])[mesh.faces["material"]]
+    corners = np.repeat(opaque, mesh.faces["index_count"])
+    points = np.unique(mesh.vertices["position"][mesh.indices[corners]], axis=0)
+    low, high = eyes.min(axis=0) - 16, eyes.max(axis=0) + 16
+    points = points[((points > low) & (points < high)).all(axis=1)]
+    nearest = min(
+        np.abs(points[:, np.newaxis] - part).max(axis=2).min() for part in np.array_split(eyes, 50)
+    )
+    assert nearest > 12
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_it_is_smooth(name: str) -> None:
+    _, path = found(name)
+    rate = 240
+    times = np.linspace(0, SECONDS, int(SECONDS * rate) + 1)
+    velocity = np.diff(path.positions(times), axis=0) * rate
+    speed = np.linalg.norm(velocity, axis=1)
+    assert speed.max() < auto_path.SPEED * 1.25
+    turning = np.abs(np.diff(path.angles(times), axis=0)) * rate
+    assert turning[:, :2].max() < auto_path.MAX_TURN * 1.25
+    assert np.allclose(path.angles(times)[:, 2], 90, atol=1e-9)
+    assert path.seconds == SECONDS
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_it_goes_somewhere(name: str) -> None:
+    scene, path = found(name)
+    positions = path.positions(np.linspace(0, SECONDS, 500))
+    length = np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
+    assert length > 60 * SECONDS
+    eyes = np.array([c.position for c in spawn_cameras(scene.level.bsp).values()])
+    nearest = np.linalg.norm(eyes[:, np.newaxis] - positions, axis=2).min(axis=1)
+    assert (nearest < 250).sum() >= 1
+
+
+def test_it_is_the_same_every_time() -> None:
+    scene, path = found("courtyard")
+    again = auto_path.find(scene, SECONDS)
+    times = np.linspace(0, SECONDS, 100)
+    assert np.array_equal(path.positions(times), again.positions(times))
+    assert np.array_equal(path.angles(times), again.angles(times))
+
+
+@pytest.mark.parametrize("seconds", [0.5, 300.0])
+def test_short_and_long_films(seconds: float) -> None:
+    scene, _ = found("courtyard")
+    path = auto_path.find(scene, seconds)
+    assert path.seconds == seconds
+    times = np.linspace(0, seconds, 3000)
+    assert OpenSpace(scene.level, auto_path.MARGIN - 0.1).is_free(path.positions(times)).all()
+
+
+def test_a_level_without_room() -> None:
+    """All of it is solid; there is nothing to fly through."""
+    scene = make_scene([])
+    world = np.zeros(1, LUMPS["models"])
+    world["mins"], world["maxs"] = -200, 200
+    level = replace(scene.level, bsp=replace(scene.level.bsp, models=world))
+    with pytest.raises(UsageError, match="no room"):
+        auto_path.find(replace(scene, level=level), 5.0)
+
+
+def test_open_space_agrees_with_lines_through_it() -> None:
+    """Where a box is free, lines from its middle to its corners and sides are."""
+    scene, _ = found("courtyard")
+    bsp = scene.level.bsp
+    generator = np.random.default_rng(1)
+    low, high = bsp.models["mins"][0], bsp.models["maxs"][0]
+    places = generator.uniform(low, high, (4000, 3))
+    half = 20.0
+    free = OpenSpace(scene.level, half).is_free(places)
+    assert 0.1 < free.mean() < 0.9
+    ways = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]) * half
+    start = np.repeat(places[free], len(ways), axis=0)
+    end = start + np.tile(ways * 0.999, (int(free.sum()), 1))
+    assert (bsp_tree.trace(bsp, start, end) == 1).all()
+    in_wall = bsp_tree.leaf_is_solid(bsp)[bsp_tree.point_leafs(bsp, places)]
+    assert not (free & in_wall).any()
