@@ -169,8 +169,6 @@ class _Ways:
         self._last = self._first + count - 1
         self._speed = np.array([walk.speed / walk.spacing for walk in walks])
         self._closed = np.array([walk.is_closed for walk in walks], bool)
-        # A closed way's last place is its first one, but turned by whole circles.
-        self._round = self._places[self._last, 3] - self._places[self._first, 3]
 
     def at(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, 4) places, each at its own (n,) time."""
