@@ -88,6 +88,20 @@ NoSkyLightOption = Annotated[
 ]
 
 
+AnimationOption = Annotated[
+    str | None,
+    typer.Option(
+        "--animation",
+        metavar="NAME",
+        help="What a model or player does; `inspect` lists the names. A player's may be "
+        "legs+torso, as run+attack.",
+    ),
+]
+TimeOption = Annotated[
+    float, typer.Option("--time", metavar="SECONDS", help="When: characters move by it.")
+]
+
+
 @app.command()
 def render(
     scene: SceneArgument,
@@ -118,13 +132,16 @@ def render(
     set_: SetOption = None,
     no_shadows: NoShadowsOption = False,
     no_sky_light: NoSkyLightOption = False,
+    animation: AnimationOption = None,
+    time: TimeOption = 0.0,
 ) -> None:
-    r"""Draw one picture of a scene or level.
+    r"""Draw one picture of a scene, a level, or a model or player alone on a plain floor.
 
     \b
     followspot render courtyard -o yard.png
     followspot render oa_dm5 --view normals -o normals.png
     followspot render oa_dm5 --camera 1096,-432,246,225,5 --fov 90 -o spawn.exr
+    followspot render player:sarge --animation run --time 0.4 -o sarge.png
     """
     from followspot.present import still
 
@@ -142,6 +159,8 @@ def render(
             settings=set_ or (),
             shadows=not no_shadows,
             sky_light=not no_sky_light,
+            animation=animation,
+            time=time,
         ),
     )
 

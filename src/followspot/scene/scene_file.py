@@ -20,6 +20,8 @@ pitch = 5                     # positive looks down
 
 [settings]
 shadow_map_size = 2048
+
+Characters are told of in `cast_file`.
 """
 
 import math
@@ -35,6 +37,7 @@ from msgspec import Meta, Struct
 from followspot import spaces
 from followspot.errors import AssetError
 from followspot.scene.camera import Camera
+from followspot.scene.cast_file import Actors, CharacterEntry
 from followspot.scene.light import Light, PointLight, SpotLight
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Vec3
@@ -125,6 +128,8 @@ class SceneFile(_Entry, frozen=True, kw_only=True):
     ambient: Power = 0.0
     lights: tuple[PointEntry | SpotEntry, ...] | None = None
     cameras: dict[str, CameraEntry] = {}
+    characters: tuple[CharacterEntry, ...] = ()
+    actors: Actors = Actors.NONE
     settings: Settings = Settings()
 
 
@@ -191,7 +196,8 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
                 source, place=place, expected=f"the key {match[1]}", found="none"
             ) from None
         if text.startswith("Invalid enum value"):
-            text = "Expected " + ", ".join(side.value for side in CullFace)
+            kind_of = Actors if path == "actors" else CullFace
+            text = "Expected " + ", ".join(value.value for value in kind_of)
         elif text.startswith("Invalid value"):
             text = "Expected spot or point"
         elif not text.startswith("Expected "):
