@@ -133,10 +133,10 @@ class FramePipeline:
 
         with timed("clear"):
             self._begin(target, frame.view)
+        with timed("characters"):  # first, since they hide more of the level than it of them
+            self._characters.draw_opaque()
         with timed("surfaces"):
             self._surfaces.draw_opaque(visible.opaque)
-        with timed("characters"):
-            self._characters.draw_opaque()
         target.framebuffer.depth_mask = False
         with timed("sky"):
             if frame.view is View.FINAL:
