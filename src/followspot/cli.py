@@ -97,6 +97,9 @@ AnimationOption = Annotated[
         "legs+torso, as run+attack.",
     ),
 ]
+ItemsOption = Annotated[
+    bool, typer.Option("--items", help="Show the level's pick-ups, turning and bobbing.")
+]
 TimeOption = Annotated[
     float, typer.Option("--time", metavar="SECONDS", help="When: characters move by it.")
 ]
@@ -134,6 +137,7 @@ def render(
     no_sky_light: NoSkyLightOption = False,
     animation: AnimationOption = None,
     time: TimeOption = 0.0,
+    items: ItemsOption = False,
 ) -> None:
     r"""Draw one picture of a scene, a level, or a model or player alone on a plain floor.
 
@@ -161,6 +165,7 @@ def render(
             sky_light=not no_sky_light,
             animation=animation,
             time=time,
+            items=items,
         ),
     )
 

@@ -30,6 +30,7 @@ class Wish:
     sky_light: bool = True
     animation: str | None = None
     time: float = 0.0
+    items: bool = False
 
 
 def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Scene, Camera]:
@@ -45,7 +46,7 @@ def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[S
     elif wish.animation is not None:
         raise UsageError(f"--animation: expected a model or player, found {name}")
     else:
-        scene = load(name, wish.assets, on_step=on_step)
+        scene = load(name, wish.assets, with_items=wish.items, on_step=on_step)
     camera = arguments.parse_camera(wish.camera, wish.fov, scene)
     if lights:
         scene = scene.with_lights(*lights)

@@ -1,6 +1,7 @@
 """The part of a scene file that puts characters into the level.
 
 actors = "spawns"             # players at the level's spawn points, each in its turn
+items = "entities"            # the level's pick-ups, turning and bobbing
 
 [[characters]]
 model = "player:sarge"        # or a file in the archive: models/robot/robot.md2
@@ -34,6 +35,13 @@ class Actors(Enum):
 
     NONE = "none"
     SPAWNS = "spawns"
+
+
+class Items(Enum):
+    """Pick-ups that a scene shows."""
+
+    NONE = "none"
+    ENTITIES = "entities"
 
 
 class ThenEntry(Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):

@@ -6,7 +6,7 @@ joined, and animations are found by name.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -174,6 +174,27 @@ class Figure:
         frames = slice(animation.first, animation.first + animation.count)
         lowest = [p.positions[frames, :, 2].min() for p in self.parts if p.positions.size]
         return -float(min(lowest, default=0.0))
+
+
+def transformed(figure: Figure, figure_from_model: Mat4) -> Figure:
+    """A figure of one part, turned, moved and evenly scaled once and for all.
+
+    Args:
+        figure: No player.
+        figure_from_model: (4, 4).
+    """
+    assert not figure.is_player, figure.name
+    matrix = figure_from_model[:3, :3]
+    rotation = matrix / np.cbrt(np.linalg.det(matrix))
+    parts = (
+        replace(
+            part,
+            positions=(part.positions @ matrix.T + figure_from_model[:3, 3]).astype(np.float32),
+            normals=(part.normals @ rotation.T).astype(np.float32),
+        )
+        for part in figure.parts
+    )
+    return Figure(figure.name, tuple(parts), figure.animations)
 
 
 def from_md2(name: str, model: Md2Model, material: Material) -> Figure:

@@ -59,6 +59,10 @@ class FigureFiles:
         self.missing: dict[str, list[str]] = {}
         self.problems: list[AssetError] = []
 
+    def has(self, name: str) -> bool:
+        """Whether the archive has a file of that name."""
+        return self._archive.exists(name)
+
     def open(self, name: str, skin: str | None = None) -> Figure:
         """Read a figure.
 

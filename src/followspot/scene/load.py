@@ -5,6 +5,8 @@ from dataclasses import replace
 from os.path import isfile
 from pathlib import Path
 
+import msgspec
+
 from followspot.assets import image
 from followspot.assets.archive import Archive
 from followspot.assets.bsp import BspFile, read_bsp
@@ -13,9 +15,9 @@ from followspot.assets.locate import locate_level, search_path
 from followspot.assets.shader_parser import load_scripts
 from followspot.assets.shader_script import ShaderScript, lookup_name
 from followspot.errors import AssetError
-from followspot.scene import cast, figure_file, key_light, level, scene_file, sky, stage
+from followspot.scene import cast, figure_file, items, key_light, level, scene_file, sky, stage
 from followspot.scene.camera import Camera
-from followspot.scene.cast_file import Actors
+from followspot.scene.cast_file import Actors, Items
 from followspot.scene.character import Crowd
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
@@ -38,6 +40,7 @@ def load(
     assets: Sequence[str | Path] = (),
     *,
     patch_tolerance: float = level.PATCH_TOLERANCE,
+    with_items: bool = False,
     on_step: Step = lambda _: None,
 ) -> Scene:
     """Open a scene or a level.
@@ -48,6 +51,7 @@ def load(
         assets: Game folders and pk3 files to look in first; then come FOLLOWSPOT_ASSETS and the
             usual installs of OpenArena and Quake 3.
         patch_tolerance: Units by which triangles may miss a curved patch.
+        with_items: Whether the level's pick-ups are there even if a scene file does not say so.
         on_step: Called with the name of each step of loading when it is done.
 
     Raises:
@@ -61,6 +65,8 @@ def load(
         wanted = str(beside) if isfile(beside) else file.level  # noqa: PTH113 - it never raises
     else:
         file, wanted = SceneFile(level=name), name
+    if with_items:
+        file = msgspec.structs.replace(file, items=Items.ENTITIES)
     builtin = sorted(BUILTIN.glob("*.pk3"))
     archive, entry = locate_level(wanted, [*search_path(extra), *builtin])
     try:
@@ -181,13 +187,15 @@ def _crowd(
     spawns: Mapping[str, Camera],
 ) -> Crowd:
     """The characters that a scene file asks for."""
-    if not file.characters and file.actors is Actors.NONE:
+    if not file.characters and file.actors is Actors.NONE and file.items is Items.NONE:
         return Crowd()
     ground = Ground(level)
     found = cast.characters(file.characters, figures, ground, name)
     if file.actors is Actors.SPAWNS:
         places = [camera for spawn, camera in spawns.items() if spawn.startswith("spawn")]
         found += cast.actors(archive, places, figures, ground)
+    if file.items is Items.ENTITIES:
+        found += items.items(level.bsp, figures, ground)
     return Crowd(found)
 
 

@@ -37,7 +37,7 @@ from msgspec import Meta, Struct
 from followspot import spaces
 from followspot.errors import AssetError
 from followspot.scene.camera import Camera
-from followspot.scene.cast_file import Actors, CharacterEntry
+from followspot.scene.cast_file import Actors, CharacterEntry, Items
 from followspot.scene.light import Light, PointLight, SpotLight
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Vec3
@@ -130,6 +130,7 @@ class SceneFile(_Entry, frozen=True, kw_only=True):
     cameras: dict[str, CameraEntry] = {}
     characters: tuple[CharacterEntry, ...] = ()
     actors: Actors = Actors.NONE
+    items: Items = Items.NONE
     settings: Settings = Settings()
 
 
@@ -196,7 +197,7 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
                 source, place=place, expected=f"the key {match[1]}", found="none"
             ) from None
         if text.startswith("Invalid enum value"):
-            kind_of = Actors if path == "actors" else CullFace
+            kind_of = {"actors": Actors, "items": Items}.get(path, CullFace)
             text = "Expected " + ", ".join(value.value for value in kind_of)
         elif text.startswith("Invalid value"):
             text = "Expected spot or point"
