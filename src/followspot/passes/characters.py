@@ -15,7 +15,7 @@ from followspot.gpu import blocks, program
 from followspot.gpu.characters import POSE_ROW_BITS, GpuPart
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.passes import drawlist
-from followspot.passes.materials import alpha_test_vector, variant_of
+from followspot.passes.materials import Variant, alpha_test_vector, variant_of
 from followspot.passes.programs import BASE_IMAGE, KEY_POSES, SurfacePrograms
 from followspot.passes.shadow_fit import ShadowFrustum
 from followspot.passes.surfaces import set_state
@@ -28,10 +28,13 @@ _POSED: dict[str, int | str] = {"POSED": 1, "POSE_ROW_BITS": POSE_ROW_BITS}
 
 
 class _Draw(NamedTuple):
-    """One surface of all characters of a figure; `part` is the number among all figures' parts."""
+    """One surface of all characters of a figure; `number` is its part's among all figures'."""
 
-    part: int
+    number: int
+    part: GpuPart
     run: Run
+    variant: Variant
+    image: moderngl.Texture
 
 
 class CharacterPass:
@@ -47,14 +50,18 @@ class CharacterPass:
         self._gpu_scene = gpu_scene
         self._crowd = gpu_scene.scene.crowd
         self._parts = gpu_scene.crowd.parts
-        draws = [_Draw(k, run) for k, each in enumerate(self._parts) for run in each.part.runs]
+        draws = [
+            self._draw_of(k, run) for k, each in enumerate(self._parts) for run in each.part.runs
+        ]
         draws.sort(key=lambda draw: draw.run.material.order)
         self._opaque = [draw for draw in draws if draw.run.material.blend is None]
         self._blended = [draw for draw in draws if draw.run.material.blend is not None]
         self._casters = [
-            _Draw(k, run) for k, each in enumerate(self._parts) for run in _casters(each.part.runs)
+            self._draw_of(k, run)
+            for k, each in enumerate(self._parts)
+            for run in _casters(each.part.runs)
         ]
-        variants = [variant_of(draw.run.material) for draw in draws]
+        variants = [draw.variant for draw in draws]
         self.programs = SurfacePrograms(context, variants, self._arrays, _POSED)
         kinds = (_POSED, _POSED | {"ALPHA_TEST": 1}) if draws else ()
         self._shadows = [program.build(context, "shadow", kind) for kind in kinds]
@@ -64,6 +71,10 @@ class CharacterPass:
         self._updated: object = None
         self._counts = np.zeros((2, len(self._crowd.figures)), np.intp).tolist()
         self.seen = self.casting = 0
+
+    def _draw_of(self, number: int, run: Run) -> _Draw:
+        image = self._gpu_scene.image_of(run.material)
+        return _Draw(number, self._parts[number], run, variant_of(run.material), image)
 
     def _arrays(self, of: moderngl.Program) -> list[moderngl.VertexArray]:
         """A vertex array for each part."""
@@ -110,7 +121,8 @@ class CharacterPass:
         matters = seen.copy()
         for tile in wanted[2]:
             matters |= within(tile.clip_from_world)
-        order = np.lexsort((~seen, crowd.figure_of))
+        depth = places[:, :3] @ clip_from_world[3, :3]  # near ones first: they hide others
+        order = np.lexsort((depth, ~seen, crowd.figure_of))
         chosen = order[matters[order]]
         rows = crowd.instances(seconds, places, chosen)
         self.seen, self.casting = int(seen.sum()), len(chosen)
@@ -141,14 +153,14 @@ class CharacterPass:
     def _draw(self, draws: Sequence[_Draw]) -> None:
         state: object = None
         for draw in draws:
-            count = self._counts[0][self._parts[draw.part].figure]
+            count = self._counts[0][draw.part.figure]
             if not count:
                 continue
             material = draw.run.material
             if material.state != state:
                 state = material.state
                 set_state(self._context, material)
-            array = self.programs.arrays[variant_of(material)][draw.part]
+            array = self.programs.arrays[draw.variant][draw.number]
             self._render(draw, array, count)
         self._context.polygon_offset = 0.0, 0.0
 
@@ -162,7 +174,7 @@ class CharacterPass:
         for shadow in self._shadows:
             program.uniform(shadow, "clip_from_world").write(blocks.columns(clip_from_world))
         for draw in self._casters:
-            count = self._counts[1][self._parts[draw.part].figure]
+            count = self._counts[1][draw.part.figure]
             if not count:
                 continue
             material = draw.run.material
@@ -171,21 +183,21 @@ class CharacterPass:
             else:
                 self._context.enable(moderngl.CULL_FACE)
                 self._context.cull_face = cull.value
-            array = self._shadow_arrays[material.alpha_test is not None][draw.part]
+            array = self._shadow_arrays[draw.variant.cut_out][draw.number]
             self._render(draw, array, count)
 
     def _render(self, draw: _Draw, array: moderngl.VertexArray, count: int) -> None:
-        material = draw.run.material
-        if material.alpha_test is not None:
-            program.uniform(array.program, "alpha_test").value = alpha_test_vector(material)
-        self._gpu_scene.image_of(material).use(BASE_IMAGE)
-        self._parts[draw.part].key_poses.use(KEY_POSES)
+        if draw.variant.cut_out:
+            vector = alpha_test_vector(draw.run.material)
+            program.uniform(array.program, "alpha_test").value = vector
+        draw.image.use(BASE_IMAGE)
+        draw.part.key_poses.use(KEY_POSES)
         array.render(vertices=draw.run.count, first=draw.run.first, instances=count)
 
     def counts(self, *, with_blended: bool) -> tuple[int, int]:
         """Draw calls and triangles that those in view take."""
         draws = [*self._opaque, *(self._blended if with_blended else ())]
-        instances = [self._counts[0][self._parts[draw.part].figure] for draw in draws]
+        instances = [self._counts[0][draw.part.figure] for draw in draws]
         triangles = (n * d.run.count // 3 for n, d in zip(instances, draws, strict=True))
         return sum(n > 0 for n in instances), sum(triangles)
 
