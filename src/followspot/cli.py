@@ -31,7 +31,8 @@ SceneArgument = Annotated[
     typer.Argument(
         metavar="SCENE_OR_LEVEL",
         help="A built-in scene (courtyard), a scene file (x.toml), a level's file (x.bsp, x.pk3, "
-        "x.pk3:name), or the name of an installed level (oa_dm5).",
+        "x.pk3:name), the name of an installed level (oa_dm5), or a model alone (x.md2, x.md3, "
+        "player:sarge).",
     ),
 ]
 AssetsOption = Annotated[

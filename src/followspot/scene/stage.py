@@ -91,7 +91,7 @@ def _extent(crowd: Crowd, tracks: Tracks) -> tuple[NDArray[np.float64], NDArray[
 
 def _camera(view: str, middle: spaces.Vec3, radius: float) -> Camera:
     angle = math.radians(_VIEWS[view])
-    distance = 1.25 * radius / math.tan(math.radians(spaces.vertical_fov(FOV, 4 / 3)) / 2)
+    distance = 0.9 * radius / math.tan(math.radians(spaces.vertical_fov(FOV, 4 / 3)) / 2)
     towards = np.array([math.cos(angle), math.sin(angle), 0.22])
     position = middle + towards * distance
     yaw, pitch = spaces.angles_from_forward(spaces.vec3(middle - position))
