@@ -41,12 +41,15 @@ def draw(renderer: Renderer) -> Draw:
         camera: Camera,
         view: View | str,
         settings: Settings | None = None,
+        time: float = 0.0,
         **changes: Any,
     ) -> NDArray[np.float64]:
         view = View(view)
         given = Settings() if settings is None else settings
         settings = msgspec.structs.replace(given, exposure=1.0, **changes)
-        picture = renderer.render(scene, camera, [view], settings=settings, linear=True)[view]
+        picture = renderer.render(scene, camera, [view], settings=settings, time=time, linear=True)[
+            view
+        ]
         return picture.astype(np.float64)
 
     return draw_linear

@@ -154,3 +154,19 @@ def test_help_names_every_command(tmp_path: Path) -> None:
     assert done.returncode == 0
     for command in ("render", "figures", "inspect", "bench", "doctor"):
         assert command in done.stdout
+
+
+@pytest.mark.gl
+def test_render_of_a_model_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = "models/robot/robot.md2"
+    shown = []
+    for time in ("0", "0.35"):
+        picture = tmp_path / f"{time}.png"
+        typed = ["render", robot, "--animation", "run", "--time", time, "--size", "80x60"]
+        monkeypatch.setattr(sys, "argv", ["followspot", *typed, "-o", str(picture)])
+        with pytest.raises(SystemExit) as done:
+            cli.main()
+        assert done.value.code == 0
+        with Image.open(picture) as image:
+            shown.append(np.asarray(image))
+    assert shown[0].std() > 10 and (shown[0] != shown[1]).any()

@@ -31,7 +31,8 @@ SceneArgument = Annotated[
     typer.Argument(
         metavar="SCENE_OR_LEVEL",
         help="A built-in scene (courtyard), a scene file (x.toml), a level's file (x.bsp, x.pk3, "
-        "x.pk3:name), or the name of an installed level (oa_dm5).",
+        "x.pk3:name), the name of an installed level (oa_dm5), or a model alone (x.md2, x.md3, "
+        "player:sarge).",
     ),
 ]
 AssetsOption = Annotated[
@@ -88,6 +89,23 @@ NoSkyLightOption = Annotated[
 ]
 
 
+AnimationOption = Annotated[
+    str | None,
+    typer.Option(
+        "--animation",
+        metavar="NAME",
+        help="What a model or player does; `inspect` lists the names. A player's may be "
+        "legs+torso, as run+attack.",
+    ),
+]
+ItemsOption = Annotated[
+    bool, typer.Option("--items", help="Show the level's pick-ups, turning and bobbing.")
+]
+TimeOption = Annotated[
+    float, typer.Option("--time", metavar="SECONDS", help="When: characters move by it.")
+]
+
+
 @app.command()
 def render(
     scene: SceneArgument,
@@ -118,13 +136,17 @@ def render(
     set_: SetOption = None,
     no_shadows: NoShadowsOption = False,
     no_sky_light: NoSkyLightOption = False,
+    animation: AnimationOption = None,
+    time: TimeOption = 0.0,
+    items: ItemsOption = False,
 ) -> None:
-    r"""Draw one picture of a scene or level.
+    r"""Draw one picture of a scene, a level, or a model or player alone on a plain floor.
 
     \b
     followspot render courtyard -o yard.png
     followspot render oa_dm5 --view normals -o normals.png
     followspot render oa_dm5 --camera 1096,-432,246,225,5 --fov 90 -o spawn.exr
+    followspot render player:sarge --animation run --time 0.4 -o sarge.png
     """
     from followspot.present import still
 
@@ -142,6 +164,9 @@ def render(
             settings=set_ or (),
             shadows=not no_shadows,
             sky_light=not no_sky_light,
+            animation=animation,
+            time=time,
+            items=items,
         ),
     )
 

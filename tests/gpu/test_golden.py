@@ -16,7 +16,7 @@ import golden
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
-from followspot.scene.load import load
+from followspot.scene.load import load, load_figure
 from followspot.scene.material import Material, Shade
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
@@ -136,6 +136,15 @@ def test_golden_courtyard(renderer: Renderer, name: str, request: pytest.Fixture
     with scene.archive:
         picture = renderer.render(scene, camera_name, [view], settings=settings)[view]
     golden.check(name, picture, update=request.config.getoption("--update-golden"))
+
+
+def test_golden_robot(renderer: Renderer, request: pytest.FixtureRequest) -> None:
+    """A character in the middle of a step, on the stage."""
+    scene = load_figure("models/robot/robot.md2", animation="run")
+    settings = msgspec.structs.replace(scene.settings, exposure=0.22)
+    with scene.archive:
+        picture = renderer.render(scene, settings=settings, time=0.27)["final"]
+    golden.check("robot-running", picture, update=request.config.getoption("--update-golden"))
 
 
 def test_a_difference_is_noticed_and_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from followspot.assets.image import Image, decode_all
 from followspot.errors import AssetError
 from followspot.gpu.blocks import FRAME
+from followspot.gpu.characters import GpuCrowd
+from followspot.scene.material import Material
 from followspot.scene.scene import Scene
 from followspot.scene.sky import CubeMap
 
@@ -24,7 +26,7 @@ class GpuScene:
         scene: What was uploaded.
         vertices: The mesh's vertices, one buffer.
         frame_block: Uniform buffer for one `blocks.FRAME`.
-        base_images: One texture per material; materials with one image and wrapping share it.
+        crowd: The characters' figures.
         sky: The sky's cube map with all MIP levels.
         problems: Images that are there but cannot be decoded; white stands in for them.
     """
@@ -39,7 +41,7 @@ class GpuScene:
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
         self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8))
         self._images: dict[tuple[str | None, bool], moderngl.Texture] = {}
-        wanted = {(m.image, m.clamps) for m in scene.materials}
+        wanted = {(m.image, m.clamps) for m in (*scene.materials, *scene.crowd.materials)}
         for number, image in decode_all(scene.archive, scene.images):
             if not isinstance(image, Image):
                 self.problems.append(image)
@@ -47,10 +49,12 @@ class GpuScene:
             for clamps in (False, True):  # wrapping belongs to the texture in OpenGL 3.3
                 if (key := (scene.images[number], clamps)) in wanted:
                     self._images[key] = _upload(context, image.pixels, clamps=clamps)
-        self.base_images = [
-            self._images.get((m.image, m.clamps), self._white) for m in scene.materials
-        ]
+        self.crowd = GpuCrowd(context, scene.crowd)
         self.sky = _upload_cube(context, scene.sky)
+
+    def image_of(self, material: Material) -> moderngl.Texture:
+        """A material's base image, or white; materials with one image and wrapping share it."""
+        return self._images.get((material.image, material.clamps), self._white)
 
     def set_anisotropy(self, samples: float) -> None:
         """Texture samples along the steep direction from now on; 1 is plain trilinear."""
@@ -63,7 +67,7 @@ class GpuScene:
         """Give the GL objects back."""
         for texture in (*self._images.values(), self._white):
             texture.release()
-        for thing in (self.vertices, self.frame_block, self.sky):
+        for thing in (self.vertices, self.frame_block, self.sky, self.crowd):
             thing.release()
 
     def __enter__(self) -> Self:

@@ -13,9 +13,11 @@ from followspot.gpu import blocks
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.targets import Target
 from followspot.passes import lighting
+from followspot.passes.characters import CharacterPass
+from followspot.passes.programs import SHADOW_ATLAS
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.sky import SkyPass
-from followspot.passes.surfaces import SHADOW_ATLAS, SurfacePass
+from followspot.passes.surfaces import SurfacePass
 from followspot.passes.view import View
 from followspot.passes.visible import VisibleFaces
 from followspot.scene.camera import Camera
@@ -26,7 +28,7 @@ from followspot.spaces import Mat4
 
 _FRAMEBUFFER_SRGB = 0x8DB9
 
-PASSES = ("shadow", "clear", "surfaces", "sky", "blended")
+PASSES = ("shadow", "clear", "surfaces", "characters", "sky", "blended")
 TimedPass = Callable[[str], AbstractContextManager[object]]
 
 
@@ -45,6 +47,7 @@ class FrameInput:
         settings: The switches.
         exposure: Display value per radiance.
         view: The stage to draw.
+        time: Seconds, by which characters move.
     """
 
     scene: Scene
@@ -53,6 +56,7 @@ class FrameInput:
     settings: Settings
     exposure: float
     view: View = View.FINAL
+    time: float = 0.0
 
     @property
     def shadowed(self) -> tuple[SpotLight, ...]:
@@ -68,6 +72,7 @@ class FrameReport:
     draws: int
     triangles: int
     triangles_in_scene: int
+    characters: int
     shadow_redrawn: bool
     shadow_draws: int
     shadow_triangles: int
@@ -80,9 +85,12 @@ class FramePipeline:
         self._context = context
         self._gpu_scene = gpu_scene
         self._mesh = gpu_scene.scene.mesh
+        self._bounds = gpu_scene.scene.bounds
+        self._triangle_count = gpu_scene.scene.triangle_count
         context.front_face = "cw"  # as in Quake's files
         self._visible = VisibleFaces(gpu_scene.scene)
-        self.shadow = ShadowPass(context, gpu_scene)
+        self._characters = CharacterPass(context, gpu_scene)
+        self.shadow = ShadowPass(context, gpu_scene, self._characters)
         self._surfaces = SurfacePass(context, gpu_scene)
         self._sky = SkyPass(context, gpu_scene)
 
@@ -92,7 +100,8 @@ class FramePipeline:
         shadows = len(frame.shadowed)
         self.shadow.reserve(shadows, frame.settings.shadow_map_size)
         constants = lighting.constants(frame.scene, frame.settings)
-        self._surfaces.prepare(frame.view, len(frame.lights), shadows, constants)
+        for each in (self._surfaces.programs, self._characters.programs):
+            each.prepare(frame.view, len(frame.lights), shadows, constants)
 
     def draw(self, frame: FrameInput, target: Target, timed: TimedPass = _untimed) -> FrameReport:
         """Draw one frame into `target`.
@@ -104,7 +113,7 @@ class FramePipeline:
         """
         start = time.perf_counter()
         camera, settings, visible = frame.camera, frame.settings, self._visible
-        far = camera.far_for(*self._mesh.bounds)
+        far = camera.far_for(*self._bounds)
         clip_from_view = camera.clip_from_view(target.size[0] / target.size[1], far)
         clip_from_world = clip_from_view @ camera.view_from_world
 
@@ -114,12 +123,18 @@ class FramePipeline:
         ):
             self._surfaces.upload(visible.opaque, visible.blended)
         with timed("shadow"):
-            shadow_from_world = self.shadow.draw(frame.shadowed, settings, visible.receivers)
+            shadow_from_world = self.shadow.fit(frame.shadowed, settings, visible.receivers)
+            tiles = self.shadow.tiles if frame.shadowed else ()
+            may_be_seen = visible.characters if settings.culling else None
+            moved = self._characters.update(frame.time, clip_from_world, tiles, may_be_seen)
+            self.shadow.draw(settings, is_used=bool(tiles), characters_moved=moved)
         scale = 1.0 if target.is_linear else _display_scale(frame, far)
         self._write_block(frame, clip_from_world, clip_from_view, shadow_from_world, scale)
 
         with timed("clear"):
             self._begin(target, frame.view)
+        with timed("characters"):  # first, since they hide more of the level than it of them
+            self._characters.draw_opaque()
         with timed("surfaces"):
             self._surfaces.draw_opaque(visible.opaque)
         target.framebuffer.depth_mask = False
@@ -128,13 +143,17 @@ class FramePipeline:
                 self._sky.draw()
         with timed("blended"):
             self._surfaces.draw_blended(visible.blended, visible.opaque)
+            if with_blended:
+                self._characters.draw_blended()
 
+        draws, triangles = self._characters.counts(with_blended=with_blended)
         redrawn = self.shadow.redrawn
         return FrameReport(
             submit_ms=(time.perf_counter() - start) * 1e3,
-            draws=len(visible.opaque.batches) + len(visible.blended.batches) + 1,
-            triangles=visible.opaque.triangle_count + visible.blended.triangle_count,
-            triangles_in_scene=self._mesh.triangle_count,
+            draws=len(visible.opaque.batches) + len(visible.blended.batches) + draws + 1,
+            triangles=visible.opaque.triangle_count + visible.blended.triangle_count + triangles,
+            triangles_in_scene=self._triangle_count,
+            characters=self._characters.seen,
             shadow_redrawn=redrawn,
             shadow_draws=self.shadow.draw_count if redrawn else 0,
             shadow_triangles=self.shadow.triangle_count if redrawn else 0,
@@ -150,7 +169,6 @@ class FramePipeline:
             self._context.disable_direct(_FRAMEBUFFER_SRGB)
         background = np.inf if view is View.DEPTH else 0.0
         target.framebuffer.clear(background, background, background, 0.0)
-        assert self.shadow.atlas is not None, "prepare has not been called"
         self.shadow.atlas.use(SHADOW_ATLAS)
 
     def _write_block(
@@ -178,7 +196,7 @@ class FramePipeline:
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for each in (self.shadow, self._surfaces, self._sky):
+        for each in (self.shadow, self._surfaces, self._characters, self._sky):
             each.release()
 
 

@@ -1,8 +1,12 @@
 """The shadow pass: depth from every shadow-casting light into its tile of one atlas.
 
 The map of a light is kept until the light, the window that it covers, or a setting changes. The
-window stays the same while the camera moves a little.
+window stays the same while the camera moves a little. Where there are characters, the level's
+depth is kept by itself: when they move, it is copied and they are drawn over the copy.
 """
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import moderngl
 import numpy as np
@@ -13,8 +17,10 @@ from followspot.errors import UsageError
 from followspot.gpu import blocks, program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.passes import drawlist, shadow_fit
+from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector
+from followspot.passes.programs import BASE_IMAGE
 from followspot.passes.shadow_fit import Boxes, Outlines, ShadowFrustum
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
@@ -28,20 +34,20 @@ class ShadowPass:
     """The atlas, the two programs that fill it, and what is in it now.
 
     Attributes:
-        atlas: Depth texture, one square tile a light, side by side; compared by the fetch.
         tiles: The frusta in it, in the lights' order.
-        redrawn: Whether the last call drew anything.
-        triangle_count: Casters' triangles in the atlas.
+        redrawn: Whether the last call drew the level.
+        triangle_count: The level's triangles in the atlas.
         draw_count: Draw calls that it took.
     """
 
-    def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
+    def __init__(
+        self, context: moderngl.Context, gpu_scene: GpuScene, characters: CharacterPass
+    ) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
+        self._characters = characters
         self._solid = program.build(context, "shadow")
         self._cut_out = program.build(context, "shadow", {"ALPHA_TEST": 1})
-        for each in (self._solid, self._cut_out):
-            program.uniform(each, "world_from_object").write(blocks.columns(np.eye(4)))
         size = max(gpu_scene.scene.mesh.indices.nbytes, 4) * blocks.MAX_SHADOWS
         self._indices = context.buffer(reserve=size, dynamic=True)  # all lights' casters
         self._solid_vao = context.vertex_array(
@@ -69,8 +75,7 @@ class ShadowPass:
         self._fitted: tuple[object, object] = (None, None)
         self._outlines: dict[SpotLight, Outlines] = {}
         self._casters: dict[ShadowFrustum, DrawList] = {}
-        self.atlas: moderngl.Texture | None = None
-        self._target: moderngl.Framebuffer
+        self._maps: list[_Map] = []  # the level's; with characters, also the one with theirs
         self.tiles: tuple[ShadowFrustum, ...] = ()
         self.redrawn = False
         self.triangle_count = self.draw_count = 0
@@ -78,7 +83,7 @@ class ShadowPass:
     def reserve(self, light_count: int, size: int) -> None:
         """Make room for so many tiles of so many texels. Not to be called inside a frame."""
         wanted = (size * max(light_count, 1), size)
-        if self.atlas is not None and (self.atlas.size == wanted or light_count == 0):
+        if self._maps and (self.atlas.size == wanted or light_count == 0):
             return
         limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
         if wanted[0] > limit:
@@ -86,20 +91,20 @@ class ShadowPass:
                 f"shadow_map_size: {light_count} lights with maps of {size} texels need "
                 f"{wanted[0]} in a row; this OpenGL has {limit}"
             )
-        if self.atlas is not None:
-            self._target.release()
-            self.atlas.release()
-        self.atlas = self._context.depth_texture(wanted)
-        self.atlas.compare_func = "<="
-        self.atlas.filter = moderngl.LINEAR, moderngl.LINEAR
-        self.atlas.repeat_x = self.atlas.repeat_y = False
-        self._target = self._context.framebuffer(depth_attachment=self.atlas)
+        self._drop_maps()
+        copies = 2 if len(self._gpu_scene.scene.crowd) else 1
+        self._maps = [_Map(self._context, wanted, is_copied=copies > 1) for _ in range(copies)]
         self._drawn = None
 
-    def draw(
+    @property
+    def atlas(self) -> moderngl.Texture:
+        """Depth texture, one square tile a light, side by side; compared by the fetch."""
+        return self._maps[-1].texture
+
+    def fit(
         self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Boxes | None
     ) -> NDArray[np.float32]:
-        """Bring the atlas up to date.
+        """Choose what the lights' maps cover.
 
         Args:
             lights: Those with a shadow map, at most as many as reserved.
@@ -111,18 +116,36 @@ class ShadowPass:
             (lights, 4, 4) ``shadow_from_world`` into the atlas, column-major.
         """
         if not lights:
-            self.redrawn = False
             return np.empty((0, 4, 4), np.float32)
         self._fit(lights, settings, receivers if settings.shadow_fit else None)
-        wanted = (self.tiles, settings.shadow_slope_bias)
-        self.redrawn = settings.redraw_shadows or wanted != self._drawn
-        if self.redrawn:
-            self._redraw(settings)
-            self._drawn = wanted
         return np.array(
             [blocks.columns(self._shadow_from_world(number)) for number in range(len(lights))],
             np.float32,
         )
+
+    def draw(self, settings: Settings, *, is_used: bool, characters_moved: bool) -> None:
+        """Bring the atlas up to date for what was fitted last.
+
+        Args:
+            settings: As for `fit`.
+            is_used: Whether there were lights to fit.
+            characters_moved: Whether they stand elsewhere, or otherwise, than at the last call.
+        """
+        wanted = (self.tiles, settings.shadow_slope_bias)
+        self.redrawn = is_used and (settings.redraw_shadows or wanted != self._drawn)
+        if self.redrawn:
+            with self._drawing_into(self._maps[0], settings):
+                self._draw_level(settings)
+            self._drawn = wanted
+        if not is_used or len(self._maps) == 1 or not (self.redrawn or characters_moved):
+            return
+        level, sampled = self._maps
+        self._context.copy_framebuffer(sampled.framebuffer, level.framebuffer)
+        if self._characters.casting:
+            with self._drawing_into(sampled, settings):
+                for number, tile in enumerate(self.tiles):
+                    sampled.choose_tile(number, settings.shadow_map_size)
+                    self._characters.draw_casters(tile.clip_from_world, settings.shadow_cull)
 
     def _fit(
         self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Boxes | None
@@ -135,7 +158,11 @@ class ShadowPass:
         alike = self._fitted[0] == wanted[0]
         before = dict(zip(self._lights, self.tiles, strict=True)) if alike else {}
         mesh = self._gpu_scene.scene.mesh
-        everything = Boxes(mesh.faces["mins"], mesh.faces["maxs"])
+        crowd = self._gpu_scene.scene.crowd
+        everything = Boxes(
+            np.concatenate([mesh.faces["mins"], crowd.mins]),
+            np.concatenate([mesh.faces["maxs"], crowd.maxs]),
+        )
         self._outlines = {
             light: self._outlines.get(light) or shadow_fit.outlines(light, everything)
             for light in lights
@@ -171,25 +198,31 @@ class ShadowPass:
         place[0, 0], place[0, 3] = 1 / len(self.tiles), number / len(self.tiles)
         return place @ spaces.SHADOW_FROM_CLIP @ self.tiles[number].clip_from_world
 
-    def _redraw(self, settings: Settings) -> None:
-        context, size = self._context, settings.shadow_map_size
-        self.triangle_count = self.draw_count = 0
-        self._target.use()
-        self._target.clear()
+    @contextmanager
+    def _drawing_into(self, target: "_Map", settings: Settings) -> Iterator[None]:
+        """Bind a map and set what casters of all kinds are drawn with."""
+        context = self._context
+        target.framebuffer.use()
         context.enable_only(moderngl.DEPTH_TEST)
         context.enable_direct(_DEPTH_CLAMP)  # what is nearer than the near plane casts all the same
         context.depth_func = "<"
         context.polygon_offset = settings.shadow_slope_bias, 0.0
+        yield
+        context.polygon_offset = 0.0, 0.0
+        context.disable_direct(_DEPTH_CLAMP)
+
+    def _draw_level(self, settings: Settings) -> None:
+        target, size = self._maps[0], settings.shadow_map_size
+        self.triangle_count = self.draw_count = 0
+        target.framebuffer.clear()
         base = 0
         for number, (tile, casters) in enumerate(self._casters.items()):
-            self._target.viewport = (number * size, 0, size, size)
+            target.choose_tile(number, size)
             matrix = blocks.columns(tile.clip_from_world)
             program.uniform(self._solid, "clip_from_world").write(matrix)
             program.uniform(self._cut_out, "clip_from_world").write(matrix)
             self._draw_casters(casters, base, settings.shadow_cull)
             base += len(casters.indices)
-        context.polygon_offset = 0.0, 0.0
-        context.disable_direct(_DEPTH_CLAMP)
 
     def _draw_casters(self, casters: DrawList, base: int, cull: CullFace) -> None:
         for batch in casters.batches:
@@ -204,7 +237,7 @@ class ShadowPass:
             else:
                 vao = self._cut_out_vao
                 program.uniform(self._cut_out, "alpha_test").value = alpha_test_vector(material)
-                self._gpu_scene.base_images[batch.material].use(0)
+                self._gpu_scene.image_of(material).use(BASE_IMAGE)
             vao.render(vertices=batch.count, first=base + batch.first)
         self.triangle_count += casters.triangle_count
         self.draw_count += len(casters.batches)
@@ -214,7 +247,6 @@ class ShadowPass:
 
         Infinite where the light's rays hit nothing.
         """
-        assert self.atlas is not None, "nothing has been drawn yet"
         tile = self.tiles[number]
         raw = np.frombuffer(self.atlas.read(alignment=1), "<f4").reshape(size, -1)
         ndc = raw[::-1, number * size : (number + 1) * size].astype(np.float64) * 2 - 1
@@ -224,10 +256,44 @@ class ShadowPass:
 
     def release(self) -> None:
         """Give the GL objects back."""
-        if self.atlas is not None:
-            self._target.release()
-            self.atlas.release()
+        self._drop_maps()
         for thing in (
             self._solid_vao, self._cut_out_vao, self._indices, self._solid, self._cut_out
         ):  # fmt: skip
             thing.release()
+
+    def _drop_maps(self) -> None:
+        for each in self._maps:
+            each.release()
+        self._maps = []
+
+
+class _Map:
+    """A depth texture to draw into and to sample.
+
+    One that is copied has a picture beside its depth, since moderngl copies depth only along with
+    a picture; nothing is ever drawn there.
+    """
+
+    def __init__(
+        self, context: moderngl.Context, size: tuple[int, int], *, is_copied: bool
+    ) -> None:
+        self.texture = context.depth_texture(size)
+        self.texture.compare_func = "<="
+        self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        self.texture.repeat_x = self.texture.repeat_y = False
+        self._unused = [context.renderbuffer(size, 1, dtype="f1")] if is_copied else []
+        self.framebuffer = context.framebuffer(self._unused, self.texture)
+        if is_copied:
+            self.framebuffer.color_mask = False, False, False, False
+
+    def choose_tile(self, number: int, size: int) -> None:
+        """Draw into one light's square from now on."""
+        self.framebuffer.viewport = number * size, 0, size, size
+
+    def release(self) -> None:
+        """Give the GL objects back."""
+        for unused in self._unused:
+            unused.release()
+        self.framebuffer.release()
+        self.texture.release()

@@ -1,6 +1,7 @@
 """What the camera sees: culled and sorted into draw lists, kept while they hold."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from followspot import spaces
 from followspot.assets.shader_values import Sides
@@ -25,15 +26,18 @@ class VisibleFaces:
     """The draw lists of one scene for one camera.
 
     Attributes:
+        characters: (n,) which of the crowd the level does not hide for good.
         opaque: Solid and cut-out faces, roughly front to back.
         blended: Blended faces, back to front.
-        receivers: Boxes of all visible faces within the camera's frustum; a new object
-            whenever they are new.
+        receivers: Boxes of all visible faces, and of where characters go, within the camera's
+            frustum; a new object whenever they are new.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._mesh, self._visibility = scene.mesh, scene.visibility
+        self._mesh, self._visibility, self._crowd = scene.mesh, scene.visibility, scene.crowd
         materials = scene.materials
+        self._crowd_leafs = self._leafs_of_characters()
+        self.characters = np.ones(len(scene.crowd), bool)
         self._side = np.array([_SIDE[m.sides] for m in materials], np.float32)
         self._is_cut_out = np.array([m.alpha_test is not None for m in materials], bool)
         self._is_blended = np.array([m.blend is not None for m in materials], bool)
@@ -59,7 +63,10 @@ class VisibleFaces:
             return False
         self._listed = wanted
         visible = self._seen_from(eye, clip_from_world)
-        self.receivers = self._boxes_in_view(visible, clip_from_world)
+        boxes = np.any(self._visibility.leafs_from(eye)[self._crowd_leafs], axis=1)
+        self.characters = np.zeros(len(self._crowd), bool)
+        self.characters[self._crowd.box_of[boxes]] = True
+        self.receivers = self._boxes_in_view(visible, boxes, clip_from_world)
         if not cull:
             visible = np.ones_like(visible)
         is_blended = self._is_blended[self._mesh.faces["material"]]
@@ -84,19 +91,28 @@ class VisibleFaces:
         seen &= height * self._side[faces["material"]] >= -FLAT
         return seen & self._visibility.faces_from(eye)
 
-    def _boxes_in_view(self, visible: Mask, clip_from_world: Mat4) -> Boxes:
-        """Boxes that hold all visible faces within the camera's frustum, tightly.
+    def _leafs_of_characters(self) -> NDArray[np.int64]:
+        """(b, 27) the level's leafs at points all over the boxes in which characters are."""
+        grid = np.stack(np.meshgrid(*[[0.0, 0.5, 1.0]] * 3), axis=-1).reshape(27, 3)
+        low, size = self._crowd.mins, self._crowd.maxs - self._crowd.mins
+        points = low[:, np.newaxis] + size[:, np.newaxis] * grid
+        return self._visibility.leafs_at(points.reshape(-1, 3)).reshape(-1, 27)
+
+    def _boxes_in_view(self, visible: Mask, boxes: Mask, clip_from_world: Mat4) -> Boxes:
+        """Boxes that hold all visible faces and characters within the camera's frustum, tightly.
 
         The frustum is cut into cells; each cell has the box of what the faces' boxes have in
         common with the cell's own.
         """
         faces = self._mesh.faces[visible]
         cells = _frustum_cells(clip_from_world)
+        all_mins = np.concatenate([faces["mins"], self._crowd.mins[boxes]])
+        all_maxs = np.concatenate([faces["maxs"], self._crowd.maxs[boxes]])
         low, high = [], []
-        apart = np.zeros((len(cells.mins), len(faces)), bool)
+        apart = np.zeros((len(cells.mins), len(all_mins)), bool)
         for axis in range(3):  # three flat arrays are faster than one with a last axis of three
-            low.append(np.maximum(faces["mins"][:, axis], cells.mins[:, axis, np.newaxis]))
-            high.append(np.minimum(faces["maxs"][:, axis], cells.maxs[:, axis, np.newaxis]))
+            low.append(np.maximum(all_mins[:, axis], cells.mins[:, axis, np.newaxis]))
+            high.append(np.minimum(all_maxs[:, axis], cells.maxs[:, axis, np.newaxis]))
             apart |= low[-1] > high[-1]
         holds = ~apart.all(axis=1)
         mins = [np.where(apart, np.inf, x).min(axis=1, initial=np.inf)[holds] for x in low]

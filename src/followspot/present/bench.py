@@ -3,6 +3,7 @@
 import statistics
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -18,6 +19,9 @@ from followspot.scene.scene import Scene
 
 PASS_FRAMES = 20
 """Frames whose passes are timed apart, beside the counted ones: the queries cost time."""
+
+FRAME_RATE = 60.0
+"""Frames a second of the scene's own time."""
 
 WARM_UP = 5
 """Frames that are drawn but not counted: drivers compile and fill caches in the first ones."""
@@ -101,14 +105,15 @@ def run(
 
 
 def measure(renderer: Renderer, scene: Scene, camera: Camera, frames: int) -> Timing:
-    """Draw the same frame again and again, waiting for the GPU after each."""
+    """Draw the same view again and again, waiting for the GPU after each; characters move on."""
     lights = lighting.in_order(scene.lights)
     frame = FrameInput(scene, camera, lights, scene.settings, exposure=1.0)
     for _ in range(WARM_UP if frames > 1 else 0):
         renderer.draw(frame)
         renderer.finish()
     whole, submit = [], []
-    for _ in range(frames):
+    for number in range(frames):
+        frame = replace(frame, time=number / FRAME_RATE)
         start = time.perf_counter()
         report = renderer.draw(frame)
         renderer.finish()

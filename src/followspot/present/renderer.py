@@ -70,7 +70,9 @@ class Renderer:
     def open(self, scene: Scene) -> GpuScene:
         """Upload a scene, in place of the one before. `render` does so by itself."""
         now = self._gpu_scene
-        if now is not None and now.scene.level is scene.level and now.scene.sky is scene.sky:
+        if now is not None and all(
+            getattr(now.scene, part) is getattr(scene, part) for part in ("level", "sky", "crowd")
+        ):
             return now
         self._drop_scene()
         self._make_current()
@@ -95,7 +97,7 @@ class Renderer:
             camera: A camera, the name of one of the scene's, or none for where the scene starts.
             views: Stages, as `View` or by its value: ``"normals"``.
             settings: In place of the scene's own.
-            time: Seconds since the start; nothing moves yet.
+            time: Seconds since the start, by which characters move.
             linear: Whether values come as they are instead of as displayed.
 
         Returns:
@@ -112,8 +114,10 @@ class Renderer:
         lights = lighting.in_order(scene.lights)
         self.open(scene)
         needs_exposure = not linear and any(view.is_light for view in wanted)
-        exposure = self.exposure(scene, camera, settings) if needs_exposure else 1.0
-        frame = FrameInput(scene, camera, lights, settings, exposure)
+        exposure = 1.0
+        if needs_exposure:
+            exposure = self.exposure(scene, camera, settings, time=time)
+        frame = FrameInput(scene, camera, lights, settings, exposure, time=time)
         self._make_current()
         return {view: self._picture(replace(frame, view=view), linear) for view in wanted}
 
@@ -166,6 +170,7 @@ class Renderer:
         camera: Camera,
         settings: Settings | None = None,
         view: View = View.FINAL,
+        time: float = 0.0,
     ) -> float:
         """The display value per radiance: the settings' own, or one that suits a view.
 
@@ -177,7 +182,8 @@ class Renderer:
         if settings.exposure is not None:
             return settings.exposure
         self.open(scene)
-        frame = FrameInput(scene, camera, lighting.in_order(scene.lights), settings, 1.0, view)
+        lights = lighting.in_order(scene.lights)
+        frame = FrameInput(scene, camera, lights, settings, 1.0, view, time)
         self.draw(frame, linear=True)
         self._make_current()
         step = max(1, min(self.size) // 100)  # so many places are enough

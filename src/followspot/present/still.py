@@ -4,11 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from followspot.errors import UsageError
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
 from followspot.present.renderer import Renderer, view_named
+from followspot.scene import figure_file
 from followspot.scene.camera import Camera
-from followspot.scene.load import Step, load, with_chosen_light
+from followspot.scene.load import Step, load, load_figure, with_chosen_light
 from followspot.scene.scene import Scene
 
 
@@ -26,6 +28,9 @@ class Wish:
     settings: Sequence[str] = ()
     shadows: bool = True
     sky_light: bool = True
+    animation: str | None = None
+    time: float = 0.0
+    items: bool = False
 
 
 def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Scene, Camera]:
@@ -36,7 +41,12 @@ def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[S
         UsageError: something in the wish makes no sense for it.
     """
     lights = [arguments.parse_light(text) for text in wish.lights]
-    scene = load(name, wish.assets, on_step=on_step)
+    if figure_file.is_model(name):
+        scene = load_figure(name, wish.assets, wish.animation, on_step=on_step)
+    elif wish.animation is not None:
+        raise UsageError(f"--animation: expected a model or player, found {name}")
+    else:
+        scene = load(name, wish.assets, with_items=wish.items, on_step=on_step)
     camera = arguments.parse_camera(wish.camera, wish.fov, scene)
     if lights:
         scene = scene.with_lights(*lights)
@@ -65,6 +75,6 @@ def render(name: str, output: Path, wish: Wish) -> None:
     size = arguments.parse_size(wish.size)
     scene, camera = open_scene(name, wish)
     with Renderer(size) as renderer:
-        picture = renderer.render(scene, camera, [view], linear=linear)[view]
+        picture = renderer.render(scene, camera, [view], time=wish.time, linear=linear)[view]
     depth = view in (View.DEPTH, View.SHADOW_MAP)
     pictures.save(output, picture, channel="Z" if depth else "Y")

@@ -45,6 +45,14 @@ class Visibility:
             self._seen[cluster] = self._look(position)
         return self._seen[cluster]
 
+    def leafs_at(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+        """(n,) numbers of the leafs that (n, 3) world points lie in."""
+        return bsp_tree.point_leafs(self.bsp, points)
+
+    def leafs_from(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(leafs,) which may be visible from a world position; see `bsp_tree.visible_leafs`."""
+        return bsp_tree.visible_leafs(self.bsp, position)
+
     def _look(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
         leafs = self.bsp.leafs[bsp_tree.visible_leafs(self.bsp, position)]
         seen = self.everywhere.copy()

@@ -1,9 +1,11 @@
 """From a name to a `Scene`: scene file, level, scripts, images' places, sky, lights."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os.path import isfile
 from pathlib import Path
+
+import msgspec
 
 from followspot.assets import image
 from followspot.assets.archive import Archive
@@ -13,8 +15,13 @@ from followspot.assets.locate import locate_level, search_path
 from followspot.assets.shader_parser import load_scripts
 from followspot.assets.shader_script import ShaderScript, lookup_name
 from followspot.errors import AssetError
-from followspot.scene import key_light, level, scene_file, sky
+from followspot.scene import cast, figure_file, items, key_light, level, scene_file, sky, stage
 from followspot.scene.camera import Camera
+from followspot.scene.cast_file import Actors, Items
+from followspot.scene.character import Crowd
+from followspot.scene.figure_file import FigureFiles
+from followspot.scene.ground import Ground
+from followspot.scene.level import Level
 from followspot.scene.material import SURFACE_SKY
 from followspot.scene.scene import MissingImage, Scene, spawn_cameras
 from followspot.scene.scene_file import SceneFile
@@ -33,6 +40,7 @@ def load(
     assets: Sequence[str | Path] = (),
     *,
     patch_tolerance: float = level.PATCH_TOLERANCE,
+    with_items: bool = False,
     on_step: Step = lambda _: None,
 ) -> Scene:
     """Open a scene or a level.
@@ -43,6 +51,7 @@ def load(
         assets: Game folders and pk3 files to look in first; then come FOLLOWSPOT_ASSETS and the
             usual installs of OpenArena and Quake 3.
         patch_tolerance: Units by which triangles may miss a curved patch.
+        with_items: Whether the level's pick-ups are there even if a scene file does not say so.
         on_step: Called with the name of each step of loading when it is done.
 
     Raises:
@@ -56,11 +65,46 @@ def load(
         wanted = str(beside) if isfile(beside) else file.level  # noqa: PTH113 - it never raises
     else:
         file, wanted = SceneFile(level=name), name
-    builtin = [BUILTIN / "courtyard.pk3"]
+    if with_items:
+        file = msgspec.structs.replace(file, items=Items.ENTITIES)
+    builtin = sorted(BUILTIN.glob("*.pk3"))
     archive, entry = locate_level(wanted, [*search_path(extra), *builtin])
     try:
         on_step("search")
         return _assemble(name, file, archive, entry, patch_tolerance, on_step)
+    except BaseException:
+        archive.close()
+        raise
+
+
+def load_figure(
+    name: str,
+    assets: Sequence[str | Path] = (),
+    animation: str | None = None,
+    *,
+    on_step: Step = lambda _: None,
+) -> Scene:
+    """Open a model or player as a scene of its own: on a plain floor, under a key light.
+
+    Args:
+        name: ``player:sarge``, ``player:sarge/red``, or a model's file, on disk or in the archive.
+        assets: As for `load`.
+        animation: What it does; see `Figure.tracks`. None is how it stands.
+        on_step: As for `load`.
+
+    Raises:
+        AssetError: something is missing or unusable, or there is no such animation.
+    """
+    search = [*search_path([Path(folder) for folder in assets]), *sorted(BUILTIN.glob("*.pk3"))]
+    archive, entry = figure_file.open_archive(name, search)
+    try:
+        on_step("search")
+        scripts = load_scripts(archive)
+        on_step("find scripts")
+        files = FigureFiles(archive, lambda shader: scripts.get(lookup_name(shader)))
+        found = files.open(entry)
+        on_step("read figure")
+        return stage.stage(name, archive, found, files, animation)
     except BaseException:
         archive.close()
         raise
@@ -103,13 +147,21 @@ def _assemble(
     cube, trouble = _find_sky(archive, [file.sky] if file.sky else far_boxes, file.sky is not None)
     on_step("read sky")
     own = {camera: entry.camera(camera) for camera, entry in file.cameras.items()}
-    cameras = own | {n: c for n, c in spawn_cameras(bsp).items() if n not in own}
+    spawns = spawn_cameras(bsp)
+    cameras = own | {n: c for n, c in spawns.items() if n not in own}
+    figures = FigureFiles(archive, find_script)
+    crowd = _crowd(name, file, built, figures, archive, spawns)
+    missing |= {n: MissingImage(n, tuple(tried)) for n, tried in figures.missing.items()}
+    on_step("read characters")
     scene = Scene(
         name=name,
         archive=archive,
         level=built,
-        images=tuple(dict.fromkeys(m.image for m in built.materials if m.image)),
+        images=tuple(
+            dict.fromkeys(m.image for m in (*built.materials, *crowd.materials) if m.image)
+        ),
         sky=cube,
+        crowd=crowd,
         sun=next((s.sun for s in skies if s.sun is not None), None),
         lights=tuple(each.light() for each in file.lights or ()),
         cameras=cameras,
@@ -119,12 +171,33 @@ def _assemble(
         metres_per_unit=file.metres_per_unit,
         settings=file.settings,
         missing=tuple(missing.values()),
-        problems=(*scripts.problems, *trouble),
+        problems=(*scripts.problems, *trouble, *figures.problems),
     )
     if file.lights is None:
         scene = with_chosen_light(scene, scene.camera())
     on_step("choose light")
     return scene
+
+
+def _crowd(
+    name: str,
+    file: SceneFile,
+    level: Level,
+    figures: FigureFiles,
+    archive: Archive,
+    spawns: Mapping[str, Camera],
+) -> Crowd:
+    """The characters that a scene file asks for."""
+    if not file.characters and file.actors is Actors.NONE and file.items is Items.NONE:
+        return Crowd()
+    ground = Ground(level)
+    found = cast.characters(file.characters, figures, ground, name)
+    if file.actors is Actors.SPAWNS:
+        places = [camera for spawn, camera in spawns.items() if spawn.startswith("spawn")]
+        found += cast.actors(archive, places, figures, ground)
+    if file.items is Items.ENTITIES:
+        found += items.items(level.bsp, figures, ground)
+    return Crowd(found)
 
 
 def with_chosen_light(scene: Scene, camera: Camera) -> Scene:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from followspot import spaces
 from followspot.assets.archive import Archive
@@ -12,6 +13,7 @@ from followspot.assets.bsp import BspFile
 from followspot.assets.shader_values import Sun
 from followspot.errors import AssetError, UsageError
 from followspot.scene.camera import Camera
+from followspot.scene.character import Crowd
 from followspot.scene.level import Level, Visibility, entity_vector
 from followspot.scene.light import Light
 from followspot.scene.material import Material
@@ -38,6 +40,7 @@ class Scene:
         archive: Where its images are read from when it is uploaded.
         level: The level with its file's records, materials and visibility.
         images: Paths of the base images in the archive, each once.
+        crowd: The characters.
         sky: The cube map behind everything, which also lights it.
         sun: Of the level's sky script, where it has one.
         lights: In the scene file's or command line's order.
@@ -57,6 +60,7 @@ class Scene:
     level: Level
     images: tuple[str, ...]
     sky: CubeMap
+    crowd: Crowd = field(default_factory=Crowd)
     sun: Sun | None = None
     lights: tuple[Light, ...] = ()
     lights_chosen: bool = False
@@ -78,6 +82,21 @@ class Scene:
     def materials(self) -> tuple[Material, ...]:
         """The mesh's faces name them by number."""
         return self.level.materials
+
+    @property
+    def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(3,) mins and (3,) maxs in units of the level and of where characters go."""
+        mins, maxs = self.mesh.bounds
+        return (
+            np.minimum(mins, self.crowd.mins.min(axis=0, initial=np.inf)),
+            np.maximum(maxs, self.crowd.maxs.max(axis=0, initial=-np.inf)),
+        )
+
+    @property
+    def triangle_count(self) -> int:
+        """Triangles of the level and of all characters."""
+        figures = (character.figure for character in self.crowd.characters)
+        return self.mesh.triangle_count + sum(f.triangle_count for f in figures)
 
     @property
     def visibility(self) -> Visibility:

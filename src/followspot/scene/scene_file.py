@@ -30,6 +30,8 @@ seconds = 20
 
 [settings]
 shadow_map_size = 2048
+
+Characters are told of in `cast_file`.
 """
 
 import itertools
@@ -46,6 +48,7 @@ from msgspec import Meta, Struct
 from followspot import spaces
 from followspot.errors import AssetError
 from followspot.scene.camera import Camera
+from followspot.scene.cast_file import Actors, CharacterEntry, Items
 from followspot.scene.light import Light, PointLight, SpotLight
 from followspot.scene.path import AutoPath, CameraPath, Key
 from followspot.scene.settings import CullFace, Settings
@@ -212,6 +215,9 @@ class SceneFile(_Entry, frozen=True, kw_only=True):
     lights: tuple[PointEntry | SpotEntry, ...] | None = None
     cameras: dict[str, CameraEntry] = {}
     paths: dict[str, PathEntry] = {}
+    characters: tuple[CharacterEntry, ...] = ()
+    actors: Actors = Actors.NONE
+    items: Items = Items.NONE
     settings: Settings = Settings()
 
 
@@ -282,7 +288,8 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
                 source, place=place, expected=f"the key {match[1]}", found="none"
             ) from None
         if text.startswith("Invalid enum value"):
-            text = "Expected " + ", ".join(side.value for side in CullFace)
+            kind_of = {"actors": Actors, "items": Items}.get(path, CullFace)
+            text = "Expected " + ", ".join(value.value for value in kind_of)
         elif text.startswith("Invalid value"):
             text = "Expected spot or point"
         elif not text.startswith("Expected "):

@@ -1,13 +1,10 @@
 #version 330 core
-// Object to world to clip, and to every shadow map: what is linear in the position, so that
+// World to clip, and to every shadow map: what is linear in the position, so that
 // interpolating it is exact. Divisions stay in the pixel stage.
 #include "common/frame.glsl"
 #include "common/light.glsl"
+#include "common/object.glsl"
 
-uniform mat4 world_from_object;
-
-in vec3 in_position;
-in vec3 in_normal;
 in vec2 in_texcoord;
 
 out vec3 world_normal;
@@ -23,8 +20,8 @@ flat out vec4 shadowed_glow[SHADOWS];
 #endif
 
 void main() {
-    vec4 world = world_from_object * vec4(in_position, 1.0);
-    world_normal = mat3(world_from_object) * in_normal;  // rotations and even scales only
+    vec4 world = vertex_in_world();
+    world_normal = normal_in_world();
     texcoord = in_texcoord;
     scale = output_scale.x;
 #if LIGHTS > SHADOWS

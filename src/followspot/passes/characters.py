@@ -1,0 +1,239 @@
+"""Characters: which are seen, how they stand, and one instanced draw for each of their surfaces.
+
+Of every figure the characters in the camera's view come first in its buffer of instances, then
+those that only cast a shadow: the picture draws the first of them, a shadow map all.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.gpu import blocks, program
+from followspot.gpu.characters import POSE_ROW_BITS, GpuPart
+from followspot.gpu.gpu_scene import GpuScene
+from followspot.passes import drawlist
+from followspot.passes.materials import Variant, alpha_test_vector, variant_of
+from followspot.passes.programs import BASE_IMAGE, KEY_POSES, SurfacePrograms
+from followspot.passes.shadow_fit import ShadowFrustum
+from followspot.passes.surfaces import set_state
+from followspot.scene.figure import Run
+from followspot.scene.material import Material
+from followspot.scene.settings import CullFace
+from followspot.spaces import Mat4
+
+_POSED: dict[str, int | str] = {"POSED": 1, "POSE_ROW_BITS": POSE_ROW_BITS}
+
+
+class _Draw(NamedTuple):
+    """One surface of all characters of a figure; `number` is its part's among all figures'."""
+
+    number: int
+    part: GpuPart
+    run: Run
+    variant: Variant
+    image: moderngl.Texture
+
+
+class CharacterPass:
+    """All characters of a scene.
+
+    Attributes:
+        seen: Number of characters in the camera's view, after `update`.
+        casting: Number of those and of others that may cast a shadow into it.
+    """
+
+    def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
+        self._context = context
+        self._gpu_scene = gpu_scene
+        self._crowd = gpu_scene.scene.crowd
+        self._parts = gpu_scene.crowd.parts
+        draws = [
+            self._draw_of(k, run) for k, each in enumerate(self._parts) for run in each.part.runs
+        ]
+        draws.sort(key=lambda draw: draw.run.material.order)
+        self._opaque = [draw for draw in draws if draw.run.material.blend is None]
+        self._blended = [draw for draw in draws if draw.run.material.blend is not None]
+        self._casters = [
+            self._draw_of(k, run)
+            for k, each in enumerate(self._parts)
+            for run in _casters(each.part.runs)
+        ]
+        variants = [draw.variant for draw in draws]
+        self.programs = SurfacePrograms(context, variants, self._arrays, _POSED)
+        kinds = (_POSED, _POSED | {"ALPHA_TEST": 1}) if draws else ()
+        self._shadows = [program.build(context, "shadow", kind) for kind in kinds]
+        for shadow in self._shadows:
+            program.uniform(shadow, "key_poses").value = KEY_POSES
+        self._shadow_arrays = [self._arrays(shadow) for shadow in self._shadows]
+        self._updated: object = None
+        self._counts = np.zeros((2, len(self._crowd.figures)), np.intp).tolist()
+        self.seen = self.casting = 0
+
+    def _draw_of(self, number: int, run: Run) -> _Draw:
+        image = self._gpu_scene.image_of(run.material)
+        return _Draw(number, self._parts[number], run, variant_of(run.material), image)
+
+    def _arrays(self, of: moderngl.Program) -> list[moderngl.VertexArray]:
+        """A vertex array for each part."""
+        return [_array(self._context, of, each) for each in self._parts]
+
+    def update(
+        self,
+        seconds: float,
+        clip_from_world: Mat4,
+        tiles: Iterable[ShadowFrustum],
+        may_be_seen: NDArray[np.bool_] | None,
+    ) -> bool:
+        """Choose the characters that matter and upload how they stand, if anything has changed.
+
+        Args:
+            seconds: The time.
+            clip_from_world: The camera's.
+            tiles: Frusta of the shadow maps.
+            may_be_seen: (n,) which the level does not hide from the camera; none draws also those
+                that cannot be seen.
+
+        Returns:
+            Whether anything has changed.
+        """
+        if not self._parts:
+            return False
+        wanted = (seconds, clip_from_world.tobytes(), tuple(tiles), may_be_seen is None)
+        if wanted == self._updated:
+            return False
+        self._updated = wanted
+        crowd = self._crowd
+        places = crowd.places(seconds)
+        radius = crowd.radius[:, np.newaxis]
+        mins = (places[:, :3] - radius).astype(np.float32)
+        maxs = (places[:, :3] + radius).astype(np.float32)
+
+        def within(matrix: Mat4) -> NDArray[np.bool_]:
+            return drawlist.boxes_in_frustum(drawlist.frustum_planes(matrix), mins, maxs)
+
+        if may_be_seen is None:
+            seen = np.ones(len(crowd), bool)
+        else:
+            seen = may_be_seen & within(clip_from_world)
+        matters = seen.copy()
+        for tile in wanted[2]:
+            matters |= within(tile.clip_from_world)
+        depth = places[:, :3] @ clip_from_world[3, :3]  # near ones first: they hide others
+        order = np.lexsort((depth, ~seen, crowd.figure_of))
+        chosen = order[matters[order]]
+        rows = crowd.instances(seconds, places, chosen)
+        self.seen, self.casting = int(seen.sum()), len(chosen)
+        figures = len(crowd.figures)
+        self._counts = [
+            np.bincount(crowd.figure_of[which], minlength=figures).tolist()
+            for which in (seen, matters)
+        ]
+        start = 0
+        for buffer, count in zip(self._gpu_scene.crowd.instances, self._counts[1], strict=True):
+            if count:
+                buffer.write(rows[start : start + count])
+                start += count
+        return True
+
+    def draw_opaque(self) -> None:
+        """Draw solid and cut-out surfaces of those in view with depth test and writes."""
+        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        self._context.depth_func = "<"
+        self._draw(self._opaque)
+
+    def draw_blended(self) -> None:
+        """Draw blended surfaces of those in view into what stands there, in no order."""
+        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
+        self._context.depth_func = "<="
+        self._draw(self._blended)
+
+    def _draw(self, draws: Sequence[_Draw]) -> None:
+        state: object = None
+        for draw in draws:
+            count = self._counts[0][draw.part.figure]
+            if not count:
+                continue
+            material = draw.run.material
+            if material.state != state:
+                state = material.state
+                set_state(self._context, material)
+            array = self.programs.arrays[draw.variant][draw.number]
+            self._render(draw, array, count)
+        self._context.polygon_offset = 0.0, 0.0
+
+    def draw_casters(self, clip_from_world: Mat4, cull: CullFace) -> None:
+        """Draw the depth of all that matter into a shadow map, whose state is set.
+
+        Args:
+            clip_from_world: The light's.
+            cull: Which faces are left out.
+        """
+        for shadow in self._shadows:
+            program.uniform(shadow, "clip_from_world").write(blocks.columns(clip_from_world))
+        for draw in self._casters:
+            count = self._counts[1][draw.part.figure]
+            if not count:
+                continue
+            material = draw.run.material
+            if cull is CullFace.NONE or material.is_two_sided:
+                self._context.disable(moderngl.CULL_FACE)
+            else:
+                self._context.enable(moderngl.CULL_FACE)
+                self._context.cull_face = cull.value
+            array = self._shadow_arrays[draw.variant.cut_out][draw.number]
+            self._render(draw, array, count)
+
+    def _render(self, draw: _Draw, array: moderngl.VertexArray, count: int) -> None:
+        if draw.variant.cut_out:
+            vector = alpha_test_vector(draw.run.material)
+            program.uniform(array.program, "alpha_test").value = vector
+        draw.image.use(BASE_IMAGE)
+        draw.part.key_poses.use(KEY_POSES)
+        array.render(vertices=draw.run.count, first=draw.run.first, instances=count)
+
+    def counts(self, *, with_blended: bool) -> tuple[int, int]:
+        """Draw calls and triangles that those in view take."""
+        draws = [*self._opaque, *(self._blended if with_blended else ())]
+        instances = [self._counts[0][draw.part.figure] for draw in draws]
+        triangles = (n * d.run.count // 3 for n, d in zip(instances, draws, strict=True))
+        return sum(n > 0 for n in instances), sum(triangles)
+
+    def release(self) -> None:
+        """Give the GL objects back."""
+        self.programs.release()
+        for arrays in self._shadow_arrays:
+            for array in arrays:
+                array.release()
+        for shadow in self._shadows:
+            shadow.release()
+
+
+def _array(context: moderngl.Context, of: moderngl.Program, each: GpuPart) -> moderngl.VertexArray:
+    """A part's vertex array for a program, which may not look at texture coordinates."""
+    content: list[tuple[Any, ...]] = [
+        (each.instances, each.instance_format, "in_world_from_part", "in_pose")
+    ]
+    if "in_texcoord" in of:
+        content.append((each.texcoords, "2f", "in_texcoord"))
+    return context.vertex_array(of, content, each.indices)
+
+
+def _casters(runs: Sequence[Run]) -> list[Run]:
+    """What casts a shadow; solid neighbours of one state as one run."""
+    casters: list[Run] = []
+    for run in runs:
+        if run.material.blend is not None:
+            continue
+        last = casters[-1] if casters else None
+        if last is not None and _alike(last.material, run.material):
+            casters[-1] = Run(last.material, last.first, last.count + run.count)
+        else:
+            casters.append(run)
+    return casters
+
+
+def _alike(a: Material, b: Material) -> bool:
+    return a.alpha_test is None and b.alpha_test is None and a.sides is b.sides

@@ -1,0 +1,119 @@
+"""The characters of a scene, from what its file says of them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from followspot.assets.archive import Archive
+from followspot.assets.player import list_players
+from followspot.errors import AssetError, UsageError
+from followspot.scene import walk
+from followspot.scene.camera import Camera
+from followspot.scene.cast_file import CharacterEntry
+from followspot.scene.character import Character
+from followspot.scene.figure import Figure, Tracks
+from followspot.scene.figure_file import PLAYER, FigureFiles
+from followspot.scene.ground import Ground
+from followspot.scene.walk import Walk
+from followspot.spaces import EYE_HEIGHT
+
+_STEP = 18.0
+"""Units that a walker climbs at once (the game's ``STEPSIZE``): its path may lie as far below the
+floor."""
+
+_ACTOR_SECONDS = 0.37
+"""Clocks of neighbouring actors differ by so much, lest they move as one."""
+
+
+def characters(
+    entries: Sequence[CharacterEntry], files: FigureFiles, ground: Ground, source: str
+) -> list[Character]:
+    """The characters that a scene file names.
+
+    Args:
+        entries: In the file's order.
+        files: Where their models come from.
+        ground: What they stand and walk on.
+        source: The scene file's name for errors.
+
+    Raises:
+        AssetError: a model or animation is not there, or a path is none.
+    """
+    found = []
+    for number, entry in enumerate(entries):
+        try:
+            found.append(_character(entry, files, ground))
+        except UsageError as error:
+            place = f"characters[{number}].path"
+            raise AssetError(source, place=place, expected="a way", found=str(error)) from None
+    return found
+
+
+def _character(entry: CharacterEntry, files: FigureFiles, ground: Ground) -> Character:
+    figure = files.open(entry.model, entry.skin)
+    first = figure.tracks(entry.animation)
+    plays = [(first, 0.0)]
+    if entry.path is None:
+        assert entry.position is not None, entry
+        way = walk.standing(entry.position, entry.yaw)
+    else:
+        if entry.animation is None:
+            first = _running(figure)
+            plays = [(first, 0.0)]
+        speed = entry.speed or walk.stride_speed(figure, first.legs) or walk.RUN_SPEED
+        way = walk.along(entry.path, speed, is_closed=entry.closed)
+        if not entry.closed:
+            plays.append((figure.tracks(), way.length / speed))
+    plays += [(figure.tracks(then.animation), then.at) for then in entry.then]
+    plays[1:] = sorted(plays[1:], key=lambda play: play[1])
+    if entry.on_ground:
+        way = on_ground(way, ground, figure, first)
+    return Character(figure, way, tuple(plays), entry.clock)
+
+
+def _running(figure: Figure) -> Tracks:
+    """How a figure gets on: it runs, if it can."""
+    runs = "run" in figure.animations or "legs_run" in figure.animations
+    return figure.tracks("run" if runs else None)
+
+
+def on_ground(way: Walk, ground: Ground, figure: Figure, tracks: Tracks) -> Walk:
+    """A way whose places are as high over the floor as a figure's origin is over its feet."""
+    above = way.places[:, :3] + (0.0, 0.0, _STEP)
+    floor = ground.below(above)
+    places = way.places.copy()
+    found = floor < above[:, 2]
+    places[:, 2] = np.where(found, floor + figure.floor_below(tracks.legs), places[:, 2])
+    return replace(way, places=places)
+
+
+def actors(
+    archive: Archive, cameras: Iterable[Camera], files: FigureFiles, ground: Ground
+) -> list[Character]:
+    """Players at a level's spawn points, one after another of those that there are.
+
+    Players that cannot be read are listed in `FigureFiles.problems` and left out.
+
+    Args:
+        archive: Its players are taken.
+        cameras: At the spawn points, at eye height.
+        files: Where the players come from.
+        ground: What they stand on.
+    """
+    players = []
+    for name in list_players(archive):
+        try:
+            players.append(files.open(PLAYER + name))
+        except AssetError as error:
+            files.problems.append(error)
+    found = []
+    for number, camera in enumerate(cameras):
+        if not players:
+            break
+        figure = players[number % len(players)]
+        tracks = figure.tracks()
+        way = walk.standing(camera.position - (0.0, 0.0, EYE_HEIGHT), camera.yaw)
+        way = on_ground(way, ground, figure, tracks)
+        found.append(Character(figure, way, ((tracks, 0.0),), clock=number * _ACTOR_SECONDS))
+    return found
