@@ -106,10 +106,17 @@ class FilmCamera:
         return self._mean
 
     def _frame(self, time: float) -> FrameInput:
-        """Everything that moves is put in its place here: so far, the camera."""
+        """Everything that moves is put in its place here: the camera, and characters by the time."""
         film, scene = self._film, self._scene
-        camera = film.path.camera(time)
-        return FrameInput(scene, camera, self._lights, scene.settings, film.exposure, film.view)
+        return FrameInput(
+            scene,
+            film.path.camera(time),
+            self._lights,
+            scene.settings,
+            film.exposure,
+            film.view,
+            time,
+        )
 
     def close(self) -> None:
         """Give back everything on the GPU."""

@@ -133,7 +133,7 @@ class CameraPath:
     def _steps(self) -> Array:
         """(keys - 1,) of the curve's parameter: square roots of the chords."""
         chords = np.linalg.norm(np.diff(self._places, axis=0), axis=1)
-        return np.maximum(np.sqrt(chords), _NO_STEP)
+        return np.asarray(np.maximum(np.sqrt(chords), _NO_STEP))
 
     @cached_property
     def _tangents(self) -> Array:
