@@ -140,14 +140,14 @@ def render(
     time: TimeOption = 0.0,
     items: ItemsOption = False,
 ) -> None:
-    r"""Draw one picture of a scene, a level, or a model or player alone on a plain floor.
+    """Draw one picture of a scene, a level, or a model or player alone on a plain floor.
 
     \b
     followspot render courtyard -o yard.png
     followspot render oa_dm5 --view normals -o normals.png
     followspot render oa_dm5 --camera 1096,-432,246,225,5 --fov 90 -o spawn.exr
     followspot render player:sarge --animation run --time 0.4 -o sarge.png
-    """
+    """  # noqa: D301
     from followspot.present import still
 
     still.render(
@@ -182,11 +182,11 @@ def figures(
     assets: AssetsOption = None,
     set_: SetOption = None,
 ) -> None:
-    r"""Draw the classic sequence from normals to shadows, with a contact sheet.
+    """Draw the classic sequence from normals to shadows, with a contact sheet.
 
     \b
     followspot figures courtyard -o out/figures
-    """
+    """  # noqa: D301
     from followspot.present import tell
     from followspot.present.still import Wish
 
@@ -234,11 +234,11 @@ def bench(
     assets: AssetsOption = None,
     set_: SetOption = None,
 ) -> None:
-    r"""Measure frame times, with the GPU drained after each frame; also loading and memory.
+    """Measure frame times, with the GPU drained after each frame; also loading and memory.
 
     \b
     followspot bench oa_dm5 --redraw-shadows
-    """
+    """  # noqa: D301
     from followspot.present import tell
     from followspot.present.still import Wish
 
@@ -277,12 +277,12 @@ def validate(
     assets: AssetsOption = None,
     set_: SetOption = None,
 ) -> None:
-    r"""Compare radiance and shadows with the ray tracer Mitsuba 3 (extra: validate).
+    """Compare radiance and shadows with the ray tracer Mitsuba 3 (extra: validate).
 
     \b
     followspot validate courtyard -o out/validate
     followspot validate oa_dm5 --set shadow_cull=back -o out/validate
-    """
+    """  # noqa: D301
     from followspot.present import validate as validation
     from followspot.present.still import Wish
 
@@ -350,14 +350,14 @@ def film(
     no_shadows: NoShadowsOption = False,
     no_sky_light: NoSkyLightOption = False,
 ) -> None:
-    r"""Film a flight through a scene or level; the same frames whatever the machine's speed.
+    """Film a flight through a scene or level; the same frames whatever the machine's speed.
 
     Interrupted (Ctrl-C, kill), it leaves a film of the frames done so far.
 
     \b
     followspot film courtyard -o yard.mp4
     followspot film oa_dm5 -o fly.mp4 --seconds 20 --max-bytes 2000000 --jobs 2
-    """
+    """  # noqa: D301
     from followspot.present import film as film_
     from followspot.present.still import Wish
 

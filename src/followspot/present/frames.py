@@ -106,7 +106,7 @@ class FilmCamera:
         return self._mean
 
     def _frame(self, time: float) -> FrameInput:
-        """Everything that moves is put in its place here: the camera, and characters by the time."""
+        """Everything that moves is put in its place here: the camera, characters by the time."""
         film, scene = self._film, self._scene
         return FrameInput(
             scene,
