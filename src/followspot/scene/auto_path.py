@@ -43,7 +43,8 @@ _ROOM = 20.0  # units that are asked for on the way: what comes between points m
 _SPACING = 24.0  # units between lattice points, or more where there would be too many; a gateway of
 # 64 units, the usual width, leaves 64 - 2 * 20 for them, so that one always fits
 _MAX_POINTS = 600_000
-_STEP = 8.0  # units between points of the curve
+_STEP = 4.0  # units between points of the curve
+_BLUR = 96.0  # units, a standard deviation
 _LOOK_AHEAD = 220.0  # units
 _RATE = 120  # looks a second at where the camera is
 _FINER_AND_FINER = ((0.2, 0.4), (0.2, 0.2), (0.1, 0.2), (0.1, 0.1), (0.03, 0.1), (0.01, 0.05))
@@ -285,14 +286,16 @@ def _smoothed(level: Level, points: Array) -> Array:
     """
     tight, roomy = OpenSpace(level, _ROOM), OpenSpace(level, 2 * MARGIN)
     points = _pulled(points, tight, roomy, 100)
-    points = _pulled(_freed(_spaced(points, _STEP), tight), tight, roomy, 30)
-    width = np.full(len(points), 12.0)  # standard deviations of the blur, in steps
+    points = _pulled(_freed(_spaced(points, _STEP), tight), tight, roomy, 60)
+    width = np.full(len(points), _BLUR / _STEP)  # standard deviations of the blur, in steps
     while True:
         curve = _blurred(points, width)
         blocked = ~tight.is_free(curve)
         if not blocked.any() or width.min() < 0.05:
             return _spaced(curve, _STEP)
-        near = _blurred(blocked[:, np.newaxis].astype(np.float64), np.full(len(points), 12.0))
+        near = _blurred(
+            blocked[:, np.newaxis].astype(np.float64), np.full(len(points), _BLUR / _STEP)
+        )
         width *= np.where(near[:, 0] > 0.01, 0.7, 1.0)
 
 
@@ -385,7 +388,7 @@ def _moments(curve: Array, speed: float) -> Array:
     The sideways acceleration that a bend asks for is bounded, and so is braking before it.
     """
     step = np.diff(_arc(curve))
-    reach = 3  # points on either side that a bend is measured over
+    reach = round(24 / _STEP)  # points on either side that a bend is measured over
     padded = np.pad(curve, ((reach, reach), (0, 0)), mode="edge")
     bend = np.linalg.norm(padded[2 * reach :] - 2 * curve + padded[: -2 * reach], axis=1)
     bend[:reach] = bend[len(bend) - reach :] = 0

@@ -5,6 +5,7 @@ in its open leafs (detail), and what is drawn but is no brush of the world: curv
 models, doors and the like.
 """
 
+import math
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +24,10 @@ CONTENTS_SOLID = 1
 """Content flag of brushes that stop everything (the game's surfaceflags.h)."""
 
 VOXEL = 8.0
-"""Units: drawn surfaces are known to this resolution."""
+"""Units: drawn surfaces are known to this resolution, or less where there are very many."""
+
+MAX_VOXELS = 300_000
+LARGE = 256.0
 
 _CHUNK = 20000  # boxes at a time, so that memory stays small
 
@@ -131,48 +135,71 @@ class OpenSpace:
         return np.asarray(dots - planes["distance"])
 
     def _near_drawn(self, centres: NDArray[np.floating[Any]]) -> Mask:
-        if not len(self._drawn):
+        voxel, drawn = self._drawn
+        if not len(drawn):
             return np.zeros(len(centres), bool)
-        keys = _keys(np.floor(centres / VOXEL).astype(np.int64))
-        place = np.minimum(np.searchsorted(self._drawn, keys), len(self._drawn) - 1)
-        return np.asarray(self._drawn[place] == keys)
+        keys = _keys(np.floor(centres / voxel).astype(np.int64))
+        place = np.minimum(np.searchsorted(drawn, keys), len(drawn) - 1)
+        return np.asarray(drawn[place] == keys)
 
     @cached_property
-    def _drawn(self) -> NDArray[np.int64]:
-        """Keys of the voxels whose middle is nearer than `half` to a drawn surface's."""
-        voxels = np.unique(np.floor(self._drawn_points() / VOXEL).astype(np.int64), axis=0)
-        reach = int(np.ceil(self.half / VOXEL))
-        shifts = np.arange(-reach, reach + 1)
-        keys = _keys(voxels)
+    def _drawn(self) -> tuple[float, NDArray[np.int64]]:
+        """Edge of a voxel, and keys of all those nearer than `half` to a drawn surface."""
+        triangles = self._drawn_triangles()
+        across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        area = float(np.linalg.norm(across, axis=1).sum()) / 2
+        voxel = max(VOXEL, math.sqrt(area / MAX_VOXELS))
+        keys = _distinct(_keys(np.floor(_spread(triangles, voxel) / voxel).astype(np.int64)))
+        reach = math.ceil(self.half / voxel)
         for axis in np.eye(3, dtype=np.int64):
-            keys = np.unique(keys[:, np.newaxis] + shifts * _keys(axis, origin=0))
-        return keys
+            shifts = np.arange(-reach, reach + 1) * _keys(axis, origin=0)
+            keys = _distinct((keys[:, np.newaxis] + shifts).ravel())
+        return voxel, keys
 
-    def _drawn_points(self) -> Array:
-        """(n, 3) points on the opaque surfaces that are no brushes of the world, VOXEL apart."""
+    def _drawn_triangles(self) -> Array:
+        """(t, 3, 3) corners of opaque triangles in the level's box that are no brush of the world.
+
+        They are cut into pieces of at most LARGE units; levels may have a landscape around them.
+        """
         bsp, mesh, materials = self._bsp, self._level.mesh, self._level.materials
         number = self._level.visibility.level_face
-        faces = bsp.faces[number]
-        of_world = number < bsp.models["first_face"][0] + bsp.models["face_count"][0]
+        faces, world = bsp.faces[number], bsp.models[0]
+        of_world = number < world["first_face"] + world["face_count"]
         solid = (bsp.shaders["content_flags"][faces["shader"]] & CONTENTS_SOLID) != 0
         is_brush = of_world & solid & (faces["type"] == FaceType.POLYGON)
         opaque = np.array([m.blend is None for m in materials], bool)[mesh.faces["material"]]
         wanted = mesh.faces[opaque & ~is_brush]
-        corners = mesh.vertices["position"][
-            mesh.indices[run_members(wanted["first_index"], wanted["index_count"])]
-        ].astype(np.float64).reshape(-1, 3, 3)  # fmt: skip
-        return _spread(corners)
+        corners = mesh.indices[run_members(wanted["first_index"], wanted["index_count"])]
+        triangles = mesh.vertices["position"][corners].astype(np.float64).reshape(-1, 3, 3)
+        done = [triangles[:0]]
+        while len(triangles):
+            inside = (triangles.max(axis=1) >= world["mins"]) & (
+                triangles.min(axis=1) <= world["maxs"]
+            )
+            triangles = triangles[inside.all(axis=1)]
+            large = np.ptp(triangles, axis=1).max(axis=1, initial=0) > LARGE
+            done.append(triangles[~large])
+            triangles = _quartered(triangles[large])
+        return np.concatenate(done)
 
 
-def _spread(triangles: Array) -> Array:
-    """(n, 3) points on (t, 3, 3) triangles, at most VOXEL apart along their edges."""
+def _quartered(triangles: Array) -> Array:
+    """(4t, 3, 3) the triangles between the corners and the edges' middles."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.concatenate([np.stack(piece, axis=1) for piece in pieces])
+
+
+def _spread(triangles: Array, gap: float) -> Array:
+    """(n, 3) points on (t, 3, 3) triangles, at most `gap` apart along their edges."""
     a, ab, ac = (
         triangles[:, 0],
         triangles[:, 1] - triangles[:, 0],
         triangles[:, 2] - triangles[:, 0],
     )
-    u_count = np.ceil(np.linalg.norm(ab, axis=1) / VOXEL).astype(np.int64) + 1
-    v_count = np.ceil(np.linalg.norm(ac, axis=1) / VOXEL).astype(np.int64) + 1
+    u_count = np.ceil(np.linalg.norm(ab, axis=1) / gap).astype(np.int64) + 1
+    v_count = np.ceil(np.linalg.norm(ac, axis=1) / gap).astype(np.int64) + 1
     count = u_count * v_count
     triangle = np.repeat(np.arange(len(triangles)), count)
     k = run_members(np.zeros(len(count), np.int64), count)
@@ -181,6 +208,12 @@ def _spread(triangles: Array) -> Array:
     inside = u + v <= 1 + 1e-9
     triangle, u, v = triangle[inside], u[inside, np.newaxis], v[inside, np.newaxis]
     return np.asarray(a[triangle] + u * ab[triangle] + v * ac[triangle])
+
+
+def _distinct(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Every key once, in order; np.unique's hashing is many times slower for such keys."""
+    keys = np.sort(keys)
+    return np.asarray(keys[np.diff(keys, prepend=-1) != 0])
 
 
 def _keys(voxels: NDArray[np.int64], origin: int = 1 << 19) -> NDArray[np.int64]:
