@@ -22,6 +22,7 @@ from rich.progress import (
 from rich.text import Text
 
 from followspot.errors import UsageError
+from followspot.passes.view import View
 from followspot.present import arguments, video, workers
 from followspot.present.frames import Film, FilmCamera, Picture, exposure_for
 from followspot.present.renderer import view_named
@@ -179,6 +180,8 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
         AssetError, ContextError, UsageError: as `run`.
     """
     size, view = arguments.parse_size(wish.size), view_named(wish.view)
+    if view is View.SHADOW_MAP:
+        raise UsageError("--view: a film shows what a camera sees, not shadow-map")
     even = tuple(edge + edge % 2 for edge in size)
     if not to.is_folder and size != even:
         raise UsageError(
