@@ -188,7 +188,7 @@ def _smooth(x: Array, y: Array, at: NDArray[np.floating[Any]]) -> Array:
     before, after = chord[:-1], chord[1:]
     agree = before * after > 0
     first, second = 2 * width[1:] + width[:-1], width[1:] + 2 * width[:-1]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mean = (first + second) / (first / before + second / after)
     slope = np.concatenate([chord[:1], np.where(agree, mean, 0.0), chord[-1:]])
 
