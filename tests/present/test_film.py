@@ -27,7 +27,7 @@ from followspot.scene.path import CameraPath, Key
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from followspot.spaces import vec3
-from synthetic import WHITE_SKY, box, floor, make_scene, srgb_decoded, srgb_encoded
+from synthetic import box, floor, make_scene, spot, srgb_decoded, srgb_encoded
 
 Pictures = NDArray[np.uint8]
 
@@ -43,7 +43,8 @@ PATH = CameraPath(
 
 def scene() -> Scene:
     pieces = [floor(), *box((-40, -40, 0), (40, 40, 80)), *box((60, 60, 0), (90, 120, 150))]
-    return make_scene(pieces, sky=WHITE_SKY, settings=Settings(exposure=0.7))
+    lamp = spot((-300, 200, 300), (0, 0, 30), 40, 900)
+    return make_scene(pieces, lamp, settings=Settings(exposure=0.7))
 
 
 def film_of(**changes: object) -> Film:
@@ -72,12 +73,47 @@ def never() -> bool:
     return False
 
 
+# ---- frames
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("changes", [{}, {"samples": 3}, {"supersample": 2, "view": View.NORMALS}])
+def test_a_frame_depends_on_its_number_alone(changes: dict[str, object]) -> None:
+    film_ = film_of(**changes)
+    together = draw(film_, range(40))
+    assert len(together) == 40
+    (alone,) = draw(film_, [37])
+    assert np.array_equal(alone, together[37])
+    assert not np.array_equal(together[36], together[37])
+    backwards = draw(film_, list(range(39, 34, -1)))
+    assert np.array_equal(backwards[::-1], together[35:])
+
+
 @pytest.mark.gl
 def test_a_frame_is_what_render_draws_there() -> None:
     (frame,) = draw(film_of(), [12])
     with Renderer(SIZE) as renderer:
         still = renderer.render(scene(), PATH.camera(12 / 30))[View.FINAL]
     assert np.array_equal(frame, still)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("view", [View.FINAL, View.NORMALS])
+def test_motion_blur_is_the_mean_in_linear_light(view: View) -> None:
+    """Of pictures around the frame's time; of plain values, where the view shows no light."""
+    film_ = film_of(samples=4, view=view)
+    (blurred,) = draw(film_, [20])
+    with Renderer(SIZE) as renderer:
+        sharp = [
+            renderer.render(scene(), PATH.camera(time), [view])[view] for time in film_.times(20)
+        ]
+    assert np.isclose(np.mean(film_.times(20)), 20 / 30)
+    assert np.isclose(np.ptp(film_.times(20)), 0.5 / 30 * 3 / 4)
+    values = np.array(sharp) / 255
+    mean = np.mean(srgb_decoded(values), axis=0) if view.is_encoded else values.mean(axis=0)
+    expected = srgb_encoded(mean) if view.is_encoded else mean
+    assert np.abs(blurred / 255 - expected).max() < 1.01 / 255
+    assert not np.array_equal(blurred, sharp[1])
 
 
 @pytest.mark.gl
@@ -117,6 +153,21 @@ def test_a_film_that_plays_everywhere(tmp_path: Path, ending: str, codec: str) -
         assert path.read_bytes().index(b"moov") < path.read_bytes().index(b"mdat")
 
 
+@pytest.mark.parametrize("ending", [".mp4", ".webm"])
+@pytest.mark.parametrize("max_bytes", [60_000, 15_000])
+def test_max_bytes_is_kept_by_noise(tmp_path: Path, ending: str, max_bytes: int) -> None:
+    """The hardest content there is; nearly all that is allowed is used."""
+    path = tmp_path / f"film{ending}"
+    size = (128, 96)
+    pictures = list(noise(20, size))
+    written = video.write_video(path, pictures, Shape(size, Fraction(30)), max_bytes, never)
+    assert path.stat().st_size == written.bytes <= max_bytes
+    assert written.wanted_bytes > max_bytes
+    assert len(decoded(path)) == written.frames == 20
+    if ending == ".mp4":
+        assert written.bytes > 0.6 * max_bytes
+
+
 def test_a_small_film_is_not_encoded_again(tmp_path: Path) -> None:
     shape = Shape(SIZE, Fraction(30))
     pictures = list(noise(5))
@@ -124,6 +175,13 @@ def test_a_small_film_is_not_encoded_again(tmp_path: Path) -> None:
     held = video.write_video(tmp_path / "b.mp4", pictures, shape, 10**7, never)
     assert held.wanted_bytes == held.bytes == free.bytes
     assert np.array_equal(decoded(tmp_path / "a.mp4"), decoded(tmp_path / "b.mp4"))
+
+
+def test_a_limit_that_cannot_be_kept(tmp_path: Path) -> None:
+    to = Output(tmp_path / "film.mp4", is_folder=False)
+    with pytest.raises(UsageError, match="even at the lowest quality"):
+        film.write(to, noise(20), film_of(), 700, Interrupt())
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_stopping_while_it_is_encoded_again(tmp_path: Path) -> None:
@@ -150,6 +208,12 @@ def test_a_failure_leaves_nothing(tmp_path: Path) -> None:
         assert list(tmp_path.iterdir()) == []
 
 
+def test_no_frame_makes_no_film(tmp_path: Path) -> None:
+    to = Output(tmp_path / "film.mp4", is_folder=False)
+    assert film.write(to, iter([]), film_of(), None, Interrupt()).frames == 0
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_folder_of_pictures(tmp_path: Path) -> None:
     pictures = list(noise(3))
     to = film.parse_output(f"{tmp_path}/deep/frames/", FilmWish())
@@ -169,6 +233,28 @@ def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
         film.parse_output(str(tmp_path), FilmWish())
 
 
+@pytest.mark.parametrize(
+    ("wish", "changes", "output", "told"),
+    [
+        (FilmWish(), {"size": "641x480"}, "x.mp4", "642x480 would do"),
+        (FilmWish(), {"size": "64x47"}, "x.webm", "64x48 would do"),
+        (FilmWish(), {}, "x.avi", "ends in .mp4, .webm"),
+        (FilmWish(max_bytes=9), {}, "frames/", "--max-bytes"),
+        (FilmWish(path="tower"), {}, "x.mp4", "no path is named 'tower'; there are tour, auto"),
+        (FilmWish(fps=0), {}, "x.mp4", "--fps"),
+        (FilmWish(fps=float("nan")), {}, "x.mp4", "--fps"),
+        (FilmWish(seconds=0), {}, "x.mp4", "--seconds"),
+        (FilmWish(seconds=float("inf")), {}, "x.mp4", "--seconds"),
+        (FilmWish(), {"view": "shadow-map"}, "x.mp4", "shadow-map"),
+    ],
+)
+def test_wishes_that_make_no_sense(
+    wish: FilmWish, changes: dict[str, str], output: str, told: str
+) -> None:
+    with pytest.raises(UsageError, match=told):
+        film.plan("courtyard", Wish(**changes), wish, film.parse_output(output, wish))  # type: ignore[arg-type]
+
+
 # ---- the command, in processes of its own
 
 COMMAND = ["film", "courtyard", "--size", "64x48"]
@@ -182,6 +268,20 @@ def start(*arguments: str, cwd: Path) -> "subprocess.Popen[str]":
         stderr=subprocess.PIPE,
         text=True,
     )
+
+
+@pytest.mark.gl
+def test_two_processes_make_the_same_film_as_one(tmp_path: Path) -> None:
+    for jobs in ("1", "2", "3"):
+        process = start("-o", f"{jobs}.mp4", "--seconds", "0.5", "--jobs", jobs, cwd=tmp_path)
+        _, error = process.communicate(timeout=120)
+        assert process.returncode == 0, error
+        assert "15 frames" in error
+    one = decoded(tmp_path / "1.mp4")
+    assert one.shape == (15, 48, 64, 3)
+    assert np.array_equal(one, decoded(tmp_path / "2.mp4"))
+    assert np.array_equal(one, decoded(tmp_path / "3.mp4"))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["1.mp4", "2.mp4", "3.mp4"]
 
 
 @pytest.mark.gl
@@ -200,6 +300,7 @@ def test_an_interrupt_leaves_the_frames_done_so_far(
     assert process.returncode == 128 + number, error
     assert "interrupted" in error
     assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+    assert (tmp_path / "film.mp4").stat().st_size <= 9999999
     frames = decoded(tmp_path / "film.mp4")
     assert 1 <= len(frames) < 90000
     assert f"{len(frames)} frames" in error

@@ -16,7 +16,7 @@ from followspot.scene.scene_file import parse
 from followspot.spaces import vec3
 from synthetic import make_scene
 
-number = st.floats(-2000, 2000, allow_subnormal=False)
+number = st.integers(-16000, 16000).map(lambda eighths: eighths / 8)
 place = st.tuples(number, number, number)
 gap = st.floats(0.05, 10)
 

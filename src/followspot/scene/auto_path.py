@@ -39,9 +39,9 @@ LONGEST = 120.0
 ACCELERATION = 250.0
 """Units per second squared, at most, in bends and before them."""
 
-_ROOM = 20.0  # units that are asked for on the way: what comes between points may lose some
-_SPACING = 24.0  # units between lattice points, or more where there would be too many; a gateway of
-# 64 units, the usual width, leaves 64 - 2 * 20 for them, so that one always fits
+_ROOM = 21.0  # units that are asked for on the way: what comes between points may lose some
+_SPACING = 22.0  # units between lattice points, or more where there would be too many; a gateway of
+# 64 units, the usual width, leaves 64 - 2 * 21 for them, so that one always fits
 _MAX_POINTS = 600_000
 _STEP = 4.0  # units between points of the curve
 _BLUR = 96.0  # units, a standard deviation
@@ -115,10 +115,16 @@ class Lattice:
 
     def nearest(self, place: Array, within: float) -> int | None:
         """The open lattice point nearest to a world place, if one is near enough."""
-        cells = np.flatnonzero(self.open)
+        low = np.floor((place - within - self.origin) / self.spacing)
+        high = np.ceil((place + within - self.origin) / self.spacing) + 1
+        ends = np.clip([low, high], 0, self.shape).astype(np.int64)
+        window = np.meshgrid(*map(np.arange, *ends), indexing="ij")
+        cells = np.asarray(np.ravel_multi_index([axis.ravel() for axis in window], self.shape))
+        cells = cells[self.open[cells]]
         distance = np.linalg.norm(self.points(cells) - place, axis=1)
-        best = int(distance.argmin()) if len(cells) else 0
-        return int(cells[best]) if len(cells) and distance[best] <= within else None
+        if not len(cells) or distance.min() > within:
+            return None
+        return int(cells[distance.argmin()])
 
     def _main_part(self, eyes: Array) -> Mask:
         """The largest connected part, of those that hold spawn points if any do."""
@@ -292,7 +298,7 @@ def _smoothed(level: Level, points: Array) -> Array:
         curve = _blurred(points, width)
         blocked = ~tight.is_free(curve)
         if not blocked.any() or width.min() < 0.05:
-            return _spaced(curve, _STEP)
+            return _freed(_spaced(curve, _STEP), tight)
         near = _blurred(
             blocked[:, np.newaxis].astype(np.float64), np.full(len(points), _BLUR / _STEP)
         )
@@ -412,7 +418,7 @@ def _turned_slowly(direction: Array, step: float) -> Array:
     yaw = np.unwrap(np.degrees(np.arctan2(direction[:, 1], direction[:, 0])), period=360)
     pitch = np.clip(-0.7 * np.degrees(np.arctan2(direction[:, 2], flat)), -25, 25)
     angles = np.stack([yaw, pitch], axis=1)
-    for width in 0.5 * 1.3 ** np.arange(8):  # seconds
+    for width in 0.5 * 1.3 ** np.arange(10):  # seconds
         turned = _blurred_flat(angles, width / step)
         if np.abs(np.diff(turned, axis=0)).max(initial=0) <= MAX_TURN * step:
             break

@@ -6,7 +6,8 @@ models, doors and the like.
 """
 
 import math
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,11 @@ CONTENTS_SOLID = 1
 VOXEL = 8.0
 """Units: drawn surfaces are known to this resolution, or less where there are very many."""
 
-MAX_VOXELS = 300_000
+MAX_VOXELS = 200_000
 LARGE = 256.0
 
-_CHUNK = 20000  # boxes at a time, so that memory stays small
+_CHUNK = 20_000  # boxes, or pairs of box and brush, at a time: it fits into caches
+_MAX_PAIRS = 4_000_000
 
 
 class OpenSpace:
@@ -43,9 +45,6 @@ class OpenSpace:
     def __init__(self, level: Level, half: float) -> None:
         self.half = half
         self._bsp, self._level = level.bsp, level
-        brushes = level.bsp.brushes
-        contents = level.bsp.shaders["content_flags"][brushes["shader"]]
-        self._solid_brush = ((contents & CONTENTS_SOLID) != 0) & (brushes["side_count"] > 0)
         self._solid_leaf = bsp_tree.leaf_is_solid(level.bsp)
         normals = level.bsp.planes["normal"].astype(np.float64)
         self._reach = np.abs(normals).sum(axis=1) * half
@@ -56,15 +55,16 @@ class OpenSpace:
         for start in range(0, len(centres), _CHUNK):
             part = slice(start, start + _CHUNK)
             chosen = np.flatnonzero(free[part])
-            free[start + chosen] = self._free_of_brushes(centres[part][chosen])
+            free[start + chosen] = self._free_of_leafs(centres[part][chosen])
+        chosen = np.flatnonzero(free)
+        free[chosen] = self._free_of_brushes(centres[chosen])
         return free
 
-    def _free_of_brushes(self, centres: NDArray[np.floating[Any]]) -> Mask:
+    def _free_of_leafs(self, centres: NDArray[np.floating[Any]]) -> Mask:
         """Take all boxes down the tree at once, into both children where a plane cuts them."""
         bsp = self._bsp
         free = np.ones(len(centres), bool)
         box, node = np.arange(len(centres)), np.zeros(len(centres), np.int64)
-        boxes, leafs = [box[:0]], [node[:0]]
         while box.size:
             at = bsp.nodes[node]
             height = self._heights(at["plane"], centres[box])
@@ -74,59 +74,55 @@ class OpenSpace:
             children = at["children"].astype(np.int64)
             node = np.concatenate([children[front, 0], children[back, 1]])
             in_leaf = node < 0
-            solid = in_leaf.copy()
-            solid[in_leaf] = self._solid_leaf[~node[in_leaf]]
-            free[box[solid]] = False
-            boxes.append(box[in_leaf])
-            leafs.append(~node[in_leaf])
+            free[box[in_leaf][self._solid_leaf[~node[in_leaf]]]] = False
             going = ~in_leaf & free[box]
             box, node = box[going], node[going]
-        box, leaf = np.concatenate(boxes), np.concatenate(leafs)
-        box, leaf = box[free[box]], leaf[free[box]]
-        free[self._in_brush(centres, box, leaf)] = False
         return free
 
-    def _in_brush(
-        self, centres: NDArray[np.floating[Any]], box: NDArray[np.int64], leaf: NDArray[np.int64]
-    ) -> NDArray[np.int64]:
-        """Those of `box` that meet a solid brush listed in the leaf given with them.
-
-        A box is outside of a brush if it is all in front of one of its sides.
-        """
-        bsp = self._bsp
-        count = bsp.leafs["leaf_brush_count"][leaf].astype(np.int64)
-        brush = bsp.leaf_brushes[run_members(bsp.leafs["first_leaf_brush"][leaf], count)]
-        box = np.repeat(box, count)
-        mins, maxs = self._brush_boxes
-        centre = centres[box]
-        meets = self._solid_brush[brush]
-        meets &= (centre > mins[brush]).all(axis=1) & (centre < maxs[brush]).all(axis=1)
-        box, brush = box[meets], brush[meets]
-        if not len(box):
-            return box
-        sides = bsp.brushes["side_count"][brush].astype(np.int64)
-        plane = bsp.brush_sides["plane"][run_members(bsp.brushes["first_side"][brush], sides)]
-        outside = self._heights(plane, centres[np.repeat(box, sides)]) >= self._reach[plane]
-        starts = np.cumsum(sides) - sides
-        return np.asarray(box[~np.logical_or.reduceat(outside, starts)])
+    def _free_of_brushes(self, centres: NDArray[np.floating[Any]]) -> Mask:
+        """A box is outside of a brush if it is all in front of one of its sides."""
+        bsp, grid = self._bsp, self._brushes
+        free = np.ones(len(centres), bool)
+        cell = grid.cells(centres)
+        pairs = np.cumsum(grid.count[cell])
+        for part in np.split(np.arange(len(cell)), np.flatnonzero(np.diff(pairs // _CHUNK)) + 1):
+            box = np.repeat(part, grid.count[cell[part]])
+            brush = grid.brushes[run_members(grid.first[cell[part]], grid.count[cell[part]])]
+            centre = centres[box]
+            meets = (centre > grid.mins[brush]).all(axis=1) & (centre < grid.maxs[brush]).all(
+                axis=1
+            )
+            box, brush = box[meets], brush[meets]
+            sides = bsp.brushes["side_count"][brush].astype(np.int64)
+            plane = bsp.brush_sides["plane"][run_members(bsp.brushes["first_side"][brush], sides)]
+            outside = self._heights(plane, centres[np.repeat(box, sides)]) >= self._reach[plane]
+            if len(box):
+                inside = ~np.logical_or.reduceat(outside, np.cumsum(sides) - sides)
+                free[box[inside]] = False
+        return free
 
     @cached_property
-    def _brush_boxes(self) -> tuple[Array, Array]:
-        """(brushes, 3) mins and maxs that the middles of boxes which meet a brush lie between.
+    def _brushes(self) -> "_BrushGrid":
+        """The world's solid brushes, by where the middles of boxes are that may meet them.
 
-        They come from the sides that look along an axis; compilers give six to every brush.
+        Their boxes come from the sides that look along an axis; compilers give every brush six.
         """
-        bsp = self._bsp
+        bsp, world = self._bsp, self._bsp.models[0]
         count = bsp.brushes["side_count"].astype(np.int64)
-        brush = np.repeat(np.arange(len(count)), count)
+        number = np.repeat(np.arange(len(count)), count)
         side = bsp.brush_sides["plane"][run_members(bsp.brushes["first_side"], count)]
         normal, distance = bsp.planes["normal"][side], bsp.planes["distance"][side]
-        mins, maxs = np.full((len(count), 3), -np.inf), np.full((len(count), 3), np.inf)
+        mins = np.repeat(world["mins"][np.newaxis].astype(np.float64), len(count), axis=0)
+        maxs = np.repeat(world["maxs"][np.newaxis].astype(np.float64), len(count), axis=0)
         for axis in range(3):
             low, high = normal[:, axis] == -1, normal[:, axis] == 1
-            np.maximum.at(mins[:, axis], brush[low], -distance[low] - self.half)
-            np.minimum.at(maxs[:, axis], brush[high], distance[high] + self.half)
-        return mins, maxs
+            np.maximum.at(mins[:, axis], number[low], -distance[low] - self.half)
+            np.minimum.at(maxs[:, axis], number[high], distance[high] + self.half)
+        solid = bsp.shaders["content_flags"][bsp.brushes["shader"]] & CONTENTS_SOLID
+        wanted = (solid != 0) & (count > 0) & (mins < maxs).all(axis=1)
+        wanted[: world["first_brush"]] = False
+        wanted[world["first_brush"] + world["brush_count"] :] = False
+        return _BrushGrid.of(np.flatnonzero(wanted), mins, maxs)
 
     def _heights(self, plane: NDArray[np.integer[Any]], points: NDArray[np.floating[Any]]) -> Array:
         """(n,) of points above planes."""
@@ -145,42 +141,109 @@ class OpenSpace:
     @cached_property
     def _drawn(self) -> tuple[float, NDArray[np.int64]]:
         """Edge of a voxel, and keys of all those nearer than `half` to a drawn surface."""
-        triangles = self._drawn_triangles()
-        across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        area = float(np.linalg.norm(across, axis=1).sum()) / 2
-        voxel = max(VOXEL, math.sqrt(area / MAX_VOXELS))
-        keys = _distinct(_keys(np.floor(_spread(triangles, voxel) / voxel).astype(np.int64)))
+        voxel, keys = _drawn_voxels(self._level)
         reach = math.ceil(self.half / voxel)
         for axis in np.eye(3, dtype=np.int64):
             shifts = np.arange(-reach, reach + 1) * _keys(axis, origin=0)
             keys = _distinct((keys[:, np.newaxis] + shifts).ravel())
         return voxel, keys
 
-    def _drawn_triangles(self) -> Array:
-        """(t, 3, 3) corners of opaque triangles in the level's box that are no brush of the world.
 
-        They are cut into pieces of at most LARGE units; levels may have a landscape around them.
-        """
-        bsp, mesh, materials = self._bsp, self._level.mesh, self._level.materials
-        number = self._level.visibility.level_face
-        faces, world = bsp.faces[number], bsp.models[0]
-        of_world = number < world["first_face"] + world["face_count"]
-        solid = (bsp.shaders["content_flags"][faces["shader"]] & CONTENTS_SOLID) != 0
-        is_brush = of_world & solid & (faces["type"] == FaceType.POLYGON)
-        opaque = np.array([m.blend is None for m in materials], bool)[mesh.faces["material"]]
-        wanted = mesh.faces[opaque & ~is_brush]
-        corners = mesh.indices[run_members(wanted["first_index"], wanted["index_count"])]
-        triangles = mesh.vertices["position"][corners].astype(np.float64).reshape(-1, 3, 3)
-        done = [triangles[:0]]
-        while len(triangles):
-            inside = (triangles.max(axis=1) >= world["mins"]) & (
-                triangles.min(axis=1) <= world["maxs"]
-            )
-            triangles = triangles[inside.all(axis=1)]
-            large = np.ptp(triangles, axis=1).max(axis=1, initial=0) > LARGE
-            done.append(triangles[~large])
-            triangles = _quartered(triangles[large])
-        return np.concatenate(done)
+@lru_cache(maxsize=1)  # several half-sizes are asked about, one after another
+def _drawn_voxels(level: Level) -> tuple[float, NDArray[np.int64]]:
+    """Edge of a voxel, and keys of those that a drawn surface goes through."""
+    triangles = _drawn_triangles(level)
+    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    area = float(np.linalg.norm(across, axis=1).sum()) / 2
+    voxel = max(VOXEL, math.sqrt(area / MAX_VOXELS))
+    places = np.floor(_spread(triangles, voxel) / voxel).astype(np.int64)
+    return voxel, _distinct(_keys(places))
+
+
+def _drawn_triangles(level: Level) -> Array:
+    """(t, 3, 3) corners of opaque triangles in the level's box that are no brush of the world.
+
+    They are cut into pieces of at most LARGE units; levels may have a landscape around them.
+    """
+    bsp, mesh, materials = level.bsp, level.mesh, level.materials
+    number = level.visibility.level_face
+    faces, world = bsp.faces[number], bsp.models[0]
+    of_world = number < world["first_face"] + world["face_count"]
+    solid = (bsp.shaders["content_flags"][faces["shader"]] & CONTENTS_SOLID) != 0
+    is_brush = of_world & solid & (faces["type"] == FaceType.POLYGON)
+    opaque = np.array([m.blend is None for m in materials], bool)[mesh.faces["material"]]
+    wanted = mesh.faces[opaque & ~is_brush]
+    corners = mesh.indices[run_members(wanted["first_index"], wanted["index_count"])]
+    triangles = mesh.vertices["position"][corners].astype(np.float64).reshape(-1, 3, 3)
+    done = [triangles[:0]]
+    while len(triangles):
+        inside = (triangles.max(axis=1) >= world["mins"]) & (triangles.min(axis=1) <= world["maxs"])
+        triangles = triangles[inside.all(axis=1)]
+        large = np.ptp(triangles, axis=1).max(axis=1, initial=0) > LARGE
+        done.append(triangles[~large])
+        triangles = _quartered(triangles[large])
+    return np.concatenate(done)
+
+
+@dataclass(frozen=True, eq=False)
+class _BrushGrid:
+    """Which boxes (of brushes, in world units) reach into which cells of a coarse grid.
+
+    Attributes:
+        origin: (3,) the grid's corner.
+        edge: Units along an edge of a cell.
+        shape: (3,) cells along the axes.
+        first: (cells,) where a cell's brushes begin in `brushes`.
+        count: (cells,) how many it has.
+        brushes: Their numbers, cell after cell.
+        mins: (all brushes, 3) corners of the boxes.
+        maxs: Likewise.
+    """
+
+    origin: Array
+    edge: float
+    shape: NDArray[np.int64]
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+    brushes: NDArray[np.int64]
+    mins: Array
+    maxs: Array
+
+    @classmethod
+    def of(cls, brushes: NDArray[np.int64], mins: Array, maxs: Array) -> "_BrushGrid":
+        """The grid of some of the brushes, with cells as small as they can well be."""
+        low, high = mins[brushes], maxs[brushes]
+        origin = low.min(axis=0, initial=np.inf)
+        origin = np.where(np.isfinite(origin), origin, 0.0)
+        extent = np.maximum(high.max(axis=0, initial=-np.inf) - origin, 1.0)
+        edge = 64.0
+        while True:
+            shape = np.floor(extent / edge).astype(np.int64) + 1
+            start = np.floor((low - origin) / edge).astype(np.int64)
+            across = np.floor((high - origin) / edge).astype(np.int64) - start + 1
+            pairs = across.astype(np.float64).prod(axis=1).sum()
+            if max(pairs, shape.astype(np.float64).prod()) <= _MAX_PAIRS:
+                break
+            edge *= 2
+        total = across.prod(axis=1)
+        brush = np.repeat(np.arange(len(brushes)), total)
+        k = run_members(np.zeros(len(total), np.int64), total)
+        width, depth = across[brush, 2], across[brush, 1]
+        index = start[brush] + np.stack(
+            [k // width // depth, k // width % depth, k % width], axis=1
+        )
+        cell = np.ravel_multi_index(tuple(index.T), tuple(shape))
+        count = np.bincount(cell, minlength=int(shape.prod()))
+        order = np.argsort(cell, kind="stable")
+        return cls(
+            origin, edge, shape, np.cumsum(count) - count, count, brushes[brush[order]], mins, maxs
+        )
+
+    def cells(self, points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+        """(n,) numbers of the cells that points lie in; the nearest one for those outside."""
+        index = np.floor((points - self.origin) / self.edge).astype(np.int64)
+        index = np.clip(index, 0, self.shape - 1)
+        return np.asarray(np.ravel_multi_index(tuple(index.T), tuple(self.shape)))
 
 
 def _quartered(triangles: Array) -> Array:
