@@ -7,7 +7,7 @@ export PYTHON
 BIN := .venv/bin
 OPENARENA := openarena-081-maps openarena-081-textures openarena-085-data openarena-088-data \
     openarena-081-players openarena-081-misc openarena-oacmp1 \
-    openarena ioquake3 xvfb xauth assimp-testmodels
+    openarena ioquake3 xvfb xauth xdotool chromium assimp-testmodels
 
 .PHONY: help demo test clean
 
