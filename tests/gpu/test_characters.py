@@ -1,5 +1,6 @@
 """Characters against the same triangles in the level: every stage, shadows, instances."""
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -298,8 +299,8 @@ def test_a_frame_of_characters_creates_nothing_and_sends_no_vertices(
         for time in (0.25, 0.5, 0.75):
             sent.clear()
             renderer.draw(frame_input(scene, view, time))
-            casting = renderer._pipeline._characters.casting  # type: ignore[union-attr]
-            assert 0 < sum(sent) <= 192 * casting + 2048
+            casting = renderer._pipeline._characters.casting_boxes[0]  # type: ignore[union-attr]
+            assert 0 < sum(sent) <= 192 * len(casting) + 2048
     monkeypatch.undo()
     renderer._drop_scene()
     renderer.render(make_scene([floor()]), view)
@@ -342,3 +343,29 @@ def test_a_figure_with_more_poses_than_the_gl_holds(
     monkeypatch.setattr(moderngl.Context, "info", limits)
     with pytest.raises(AssetError, match="test: expected at most"):
         characters.GpuCrowd(renderer._context, scene.crowd)
+
+
+def test_the_kept_depth_comes_back_where_characters_were() -> None:
+    """A map that characters have walked through is the one that is drawn from nothing."""
+    ways = [
+        along([(-120.0, y, 40.0), (120.0, -y, 40.0)], 60.0, is_closed=False)
+        for y in (-90.0, 0.0, 90.0)
+    ]
+    lights = (LIGHT, spot((140, -100, 220), (0, 0, 0), 30, 4e3))
+    walkers = [Character(figure(FRAMES), way) for way in ways]
+    scene = with_characters(room(*box((-20, -60, 0), (10, -40, 50))), *walkers).with_lights(*lights)
+    times = (0.0, 0.7, 1.9, 1.2, 3.6)
+
+    def atlas(renderer: Renderer, time: float) -> Any:
+        report(renderer, scene, VIEW, time)
+        renderer.finish()  # Mesa's llvmpipe may not wait for what is still being drawn
+        pipeline = renderer._pipeline
+        assert pipeline is not None
+        return np.frombuffer(pipeline.shadow.atlas.read(alignment=1), "<f4")
+
+    with Renderer((96, 72)) as renderer:
+        kept = [atlas(renderer, time) for time in times]
+    for time, found in zip(times, kept, strict=True):
+        with Renderer((96, 72)) as renderer:
+            np.testing.assert_array_equal(found, atlas(renderer, time))
+    assert all((a != b).any() for a, b in itertools.pairwise(kept))

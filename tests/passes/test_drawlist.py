@@ -125,13 +125,17 @@ def drawn(faces: DrawList) -> NDArray[np.uint32]:
     return joined[np.lexsort(joined.T[::-1])]
 
 
+FINE = 1 << 30
+"""Texels of a map so fine that no triangle passes between them."""
+
 EVERYWHERE = np.diag([1e-6, 1e-6, 1e-6, 1.0])
-"""A clip_from_world that has the whole world inside."""
+EVERYWHERE[:3, :3] @= np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+"""A clip_from_world that has the whole world inside and sees no triangle from its edge."""
 
 
 def all_casters(mesh: Mesh, chosen: Mask, key: NDArray[np.int32]) -> DrawList:
     both = np.zeros(len(key), np.float32)
-    return drawlist.casters(mesh, chosen, key, EVERYWHERE, both, vec3((0, 0, 0)))
+    return drawlist.casters(mesh, chosen, key, EVERYWHERE, both, vec3((0, 0, 0)), FINE)
 
 
 @given(
@@ -154,6 +158,7 @@ def test_casters_are_the_triangles_on_one_side_and_inside(
         clip,
         np.full(count, side, np.float32),
         vec3(eye),
+        FINE,
     )
     kept = {tuple(t) for t in faces.indices.reshape(-1, 3).tolist()}
     for triangle in mesh.indices.reshape(-1, 3).tolist():
@@ -163,6 +168,51 @@ def test_casters_are_the_triangles_on_one_side_and_inside(
         outside = max((x - w).min(), (-w - x).min(), (y - w).min(), (-w - y).min())
         if abs(height) > 1e-2 and abs(outside) > 1e-2:
             assert (tuple(triangle) in kept) == (height * side > 0 and outside < 0)
+
+
+@given(st.tuples(*[st.floats(-90, 90)] * 3), st.floats(20, 120), st.integers(2, 40))
+def test_casters_between_the_middles_of_texels_are_left_out(
+    eye: tuple[float, float, float], fov: float, size: int
+) -> None:
+    mesh, materials = some_mesh()
+    key = np.arange(len(materials), dtype=np.int32)
+    clip = clip_from_view(fov, fov, 1, 500) @ view_from_world(vec3(eye), 30, 0)
+    both = np.zeros(len(key), np.float32)
+    every = np.ones(len(mesh.faces), bool)
+    fine, coarse = (
+        {
+            tuple(triangle)
+            for triangle in drawlist.casters(mesh, every, key, clip, both, vec3(eye), texels)
+            .indices.reshape(-1, 3)
+            .tolist()
+        }
+        for texels in (FINE, size)
+    )
+
+    middles = np.arange(-4000, 4000) + 0.5  # the map's own, and those beside it
+    for triangle in fine | coarse:
+        corners = np.c_[mesh.vertices["position"][list(triangle)].astype(float), np.ones(3)]
+        x, y, _, w = clip @ corners.T
+        if w.min() <= 0:
+            assert triangle in coarse
+            continue
+        lows, highs = (
+            bound((np.stack([x, y]) / w + 1) / 2 * size, axis=1) for bound in (np.min, np.max)
+        )
+        if np.abs([lows, highs]).max() > 3999:
+            continue
+        marks = [
+            bool(((middles > low) & (middles < high)).any())
+            for low, high in zip(lows, highs, strict=True)
+        ]
+        if all(marks):
+            assert triangle in coarse
+        far = [
+            not ((middles > low - 0.1) & (middles < high + 0.1)).any()
+            for low, high in zip(lows, highs, strict=True)
+        ]
+        if any(far):
+            assert triangle not in coarse
 
 
 @given(st.data())

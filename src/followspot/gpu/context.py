@@ -1,4 +1,4 @@
-"""One OpenGL 3.3 core context without a window."""
+"""One OpenGL 3.3 core context: without a window, or the one of a window."""
 
 import ctypes
 import os
@@ -70,6 +70,36 @@ def create_context() -> moderngl.Context:
         f"On Debian, install a software one: apt-get install {HEADLESS_PACKAGES}. "
         "`followspot doctor` tries each way and tells more."
     )
+
+
+def has_display() -> bool:
+    """Whether a window can be opened here. Only X11 is asked; other systems have a display."""
+    if not sys.platform.startswith("linux"):
+        return True
+    try:
+        x11 = ctypes.CDLL(_X11)
+    except OSError:
+        return False
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    display = x11.XOpenDisplay(None)
+    if display:
+        x11.XCloseDisplay(ctypes.c_void_p(display))
+    return bool(display)
+
+
+def window_context() -> moderngl.Context:
+    """The context that a window library has made current in this thread.
+
+    Raises:
+        ContextError: it is older than OpenGL 3.3.
+    """
+    libraries: dict[str, Any] = {}
+    if sys.platform.startswith("linux"):
+        libraries = {"libgl": _GL, "libx11": _X11}
+    try:
+        return moderngl.create_context(require=REQUIRED_VERSION, **libraries)
+    except Exception as error:  # as in create_context
+        raise ContextError(f"the window has no OpenGL 3.3: {error}") from None
 
 
 def is_software(renderer: str) -> bool:

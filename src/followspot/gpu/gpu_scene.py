@@ -25,6 +25,7 @@ class GpuScene:
     Attributes:
         scene: What was uploaded.
         vertices: The mesh's vertices, one buffer.
+        tints: The mesh's tints, where it has any.
         frame_block: Uniform buffer for one `blocks.FRAME`.
         crowd: The characters' figures.
         sky: The sky's cube map with all MIP levels.
@@ -38,6 +39,8 @@ class GpuScene:
         self.problems: list[AssetError] = []
         context.enable_direct(_TEXTURE_CUBE_MAP_SEAMLESS)
         self.vertices = context.buffer(scene.mesh.vertices.tobytes() or bytes(32))
+        tints = scene.mesh.tints
+        self.tints = None if tints is None else context.buffer(tints.tobytes())
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
         self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8))
         self._images: dict[tuple[str | None, bool], moderngl.Texture] = {}
@@ -67,8 +70,9 @@ class GpuScene:
         """Give the GL objects back."""
         for texture in (*self._images.values(), self._white):
             texture.release()
-        for thing in (self.vertices, self.frame_block, self.sky, self.crowd):
-            thing.release()
+        for thing in (self.vertices, self.tints, self.frame_block, self.sky, self.crowd):
+            if thing is not None:
+                thing.release()
 
     def __enter__(self) -> Self:
         return self

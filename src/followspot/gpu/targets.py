@@ -12,6 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SRGB8_ALPHA8 = 0x8C43
+FRAMEBUFFER_SRGB = 0x8DB9
+"""GL's switch for encoding what is written into sRGB pictures."""
+
+Part = tuple[int, int, int, int]
+"""A rectangle of a picture: x, y, width, height in pixels, y counted from the top row."""
 
 
 class Target:
@@ -34,17 +39,37 @@ class Target:
             self._picture = context.texture(size, 4, internal_format=_SRGB8_ALPHA8)
         self._depth = context.depth_renderbuffer(size)
         self.framebuffer = context.framebuffer([self._picture], self._depth)
+        self._picture_alone = context.framebuffer([self._picture])
 
-    def read(self, components: int = 3) -> NDArray[Any]:
-        """(h, w, components) float32 or uint8, top row first.
+    def box(self, part: Part) -> Part:
+        """A part with y counted as GL does, from the bottom row."""
+        x, y, width, height = part
+        return x, self.size[1] - y - height, width, height
+
+    def read(self, components: int = 3, part: Part | None = None) -> NDArray[Any]:
+        """(h, w, components) float32 or uint8 of the whole picture or a part, top row first.
 
         The fourth component is 1 where the picture shows a surface and 0 where it shows the sky.
         """
         gl_type, dtype = ("f4", "<f4") if self.is_linear else ("f1", "u1")
-        data = self.framebuffer.read(components=components, dtype=gl_type, alignment=1)
-        return np.frombuffer(data, dtype).reshape(*self.size[::-1], components)[::-1].copy()
+        x, y, width, height = self.box(part or (0, 0, *self.size))
+        data = self.framebuffer.read(
+            (x, y, width, height), components=components, dtype=gl_type, alignment=1
+        )
+        return np.frombuffer(data, dtype).reshape(height, width, components)[::-1].copy()
+
+    def show(self) -> None:
+        """Copy a display target's picture, byte for byte, into the window of its context.
+
+        The window's framebuffer is bound then, and takes what is written as it is.
+        """
+        context = self.framebuffer.ctx
+        context.disable_direct(FRAMEBUFFER_SRGB)
+        # Without depth, whose format would have to be the window's.
+        context.copy_framebuffer(context.screen, self._picture_alone)
+        context.screen.use()
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for thing in (self.framebuffer, self._picture, self._depth):
+        for thing in (self.framebuffer, self._picture_alone, self._picture, self._depth):
             thing.release()

@@ -1,9 +1,14 @@
-"""GPU time by pass, from timer queries made once."""
+"""GPU time, by pass or of whole frames, from timer queries made once."""
 
-from contextlib import AbstractContextManager
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from typing import cast
 
 import moderngl
+
+_FRAMES_IN_FLIGHT = 4
 
 
 class PassTimers:
@@ -24,3 +29,42 @@ class PassTimers:
     def read_ms(self) -> dict[str, float]:
         """Milliseconds by pass in the last frame; waits for the GPU."""
         return {name: query.elapsed / 1e6 for name, query in self._queries.items()}
+
+
+class FrameTimer:
+    """GPU time of whole frames.
+
+    It is read some frames later, when nobody has to wait for it. But a software rasteriser puts
+    its work off until somebody waits, which queries do not see; there, waiting is what is timed.
+
+    Attributes:
+        ms: Milliseconds of a frame, the latest that is known.
+        waited_ms: Milliseconds of this thread that measuring took.
+
+    Args:
+        context: Where the queries live.
+        waits: Whether each frame is waited for: for a software rasteriser.
+    """
+
+    def __init__(self, context: moderngl.Context, *, waits: bool) -> None:
+        self._context = context
+        self._waits = waits
+        self._queries = deque(context.query(time=True) for _ in range(_FRAMES_IN_FLIGHT))
+        self._started = 0
+        self.ms = self.waited_ms = 0.0
+
+    @contextmanager
+    def frame(self) -> Iterator[None]:
+        """Time what is drawn inside the ``with`` block."""
+        if self._waits:
+            yield
+            submitted = time.perf_counter()
+            self._context.finish()
+            self.ms = self.waited_ms = (time.perf_counter() - submitted) * 1e3
+            return
+        self._queries.rotate(-1)
+        self._started += 1
+        with self._queries[0]:
+            yield
+        if self._started >= _FRAMES_IN_FLIGHT:
+            self.ms = float(self._queries[1].elapsed) / 1e6

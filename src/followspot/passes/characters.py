@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from followspot.gpu import blocks, program
 from followspot.gpu.characters import POSE_ROW_BITS, GpuPart
 from followspot.gpu.gpu_scene import GpuScene
+from followspot.gpu.program import ShaderFolder
 from followspot.passes import drawlist
 from followspot.passes.materials import Variant, alpha_test_vector, variant_of
-from followspot.passes.programs import BASE_IMAGE, KEY_POSES, SurfacePrograms
+from followspot.passes.programs import BASE_IMAGE, KEY_POSES, Shader, SurfacePrograms
 from followspot.passes.shadow_fit import ShadowFrustum
 from followspot.passes.surfaces import set_state
 from followspot.scene.figure import Run
@@ -42,10 +43,13 @@ class CharacterPass:
 
     Attributes:
         seen: Number of characters in the camera's view, after `update`.
-        casting: Number of those and of others that may cast a shadow into it.
+        casting_boxes: (m, 3) least and (m, 3) largest corners of boxes that hold those, and others
+            that may cast a shadow into it.
     """
 
-    def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
+    def __init__(
+        self, context: moderngl.Context, gpu_scene: GpuScene, folder: ShaderFolder
+    ) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
         self._crowd = gpu_scene.scene.crowd
@@ -62,15 +66,13 @@ class CharacterPass:
             for run in _casters(each.part.runs)
         ]
         variants = [draw.variant for draw in draws]
-        self.programs = SurfacePrograms(context, variants, self._arrays, _POSED)
+        self.programs = SurfacePrograms(context, folder, variants, self._arrays, _POSED)
         kinds = (_POSED, _POSED | {"ALPHA_TEST": 1}) if draws else ()
-        self._shadows = [program.build(context, "shadow", kind) for kind in kinds]
-        for shadow in self._shadows:
-            program.uniform(shadow, "key_poses").value = KEY_POSES
-        self._shadow_arrays = [self._arrays(shadow) for shadow in self._shadows]
+        self._shadows = [Shader(context, folder, "shadow", self._arrays, kind) for kind in kinds]
         self._updated: object = None
         self._counts = np.zeros((2, len(self._crowd.figures)), np.intp).tolist()
-        self.seen = self.casting = 0
+        self.seen = 0
+        self.casting_boxes = np.empty((0, 3), np.float32), np.empty((0, 3), np.float32)
 
     def _draw_of(self, number: int, run: Run) -> _Draw:
         image = self._gpu_scene.image_of(run.material)
@@ -125,7 +127,8 @@ class CharacterPass:
         order = np.lexsort((depth, ~seen, crowd.figure_of))
         chosen = order[matters[order]]
         rows = crowd.instances(seconds, places, chosen)
-        self.seen, self.casting = int(seen.sum()), len(chosen)
+        self.seen = int(seen.sum())
+        self.casting_boxes = mins[chosen], maxs[chosen]
         figures = len(crowd.figures)
         self._counts = [
             np.bincount(crowd.figure_of[which], minlength=figures).tolist()
@@ -160,8 +163,7 @@ class CharacterPass:
             if material.state != state:
                 state = material.state
                 set_state(self._context, material)
-            array = self.programs.arrays[draw.variant][draw.number]
-            self._render(draw, array, count)
+            self._render(draw, self.programs.chosen[draw.variant], count)
         self._context.polygon_offset = 0.0, 0.0
 
     def draw_casters(self, clip_from_world: Mat4, cull: CullFace) -> None:
@@ -171,8 +173,9 @@ class CharacterPass:
             clip_from_world: The light's.
             cull: Which faces are left out.
         """
+        matrix = blocks.columns(clip_from_world)
         for shadow in self._shadows:
-            program.uniform(shadow, "clip_from_world").write(blocks.columns(clip_from_world))
+            program.set_uniform(shadow.program, "clip_from_world", matrix)
         for draw in self._casters:
             count = self._counts[1][draw.part.figure]
             if not count:
@@ -183,16 +186,21 @@ class CharacterPass:
             else:
                 self._context.enable(moderngl.CULL_FACE)
                 self._context.cull_face = cull.value
-            array = self._shadow_arrays[draw.variant.cut_out][draw.number]
-            self._render(draw, array, count)
+            self._render(draw, self._shadows[draw.variant.cut_out], count)
 
-    def _render(self, draw: _Draw, array: moderngl.VertexArray, count: int) -> None:
+    def _render(self, draw: _Draw, shader: Shader, count: int) -> None:
         if draw.variant.cut_out:
             vector = alpha_test_vector(draw.run.material)
-            program.uniform(array.program, "alpha_test").value = vector
+            program.set_uniform(shader.program, "alpha_test", vector)
         draw.image.use(BASE_IMAGE)
         draw.part.key_poses.use(KEY_POSES)
+        array = shader.arrays[draw.number]
         array.render(vertices=draw.run.count, first=draw.run.first, instances=count)
+
+    @property
+    def shaders(self) -> list[Shader]:
+        """All that have been compiled."""
+        return [*self.programs.shaders, *self._shadows]
 
     def counts(self, *, with_blended: bool) -> tuple[int, int]:
         """Draw calls and triangles that those in view take."""
@@ -204,9 +212,6 @@ class CharacterPass:
     def release(self) -> None:
         """Give the GL objects back."""
         self.programs.release()
-        for arrays in self._shadow_arrays:
-            for array in arrays:
-                array.release()
         for shadow in self._shadows:
             shadow.release()
 
@@ -214,11 +219,10 @@ class CharacterPass:
 def _array(context: moderngl.Context, of: moderngl.Program, each: GpuPart) -> moderngl.VertexArray:
     """A part's vertex array for a program, which may not look at texture coordinates."""
     content: list[tuple[Any, ...]] = [
-        (each.instances, each.instance_format, "in_world_from_part", "in_pose")
+        (each.instances, each.instance_format, "in_world_from_part", "in_pose"),
+        (each.texcoords, "2f", "in_texcoord"),
     ]
-    if "in_texcoord" in of:
-        content.append((each.texcoords, "2f", "in_texcoord"))
-    return context.vertex_array(of, content, each.indices)
+    return context.vertex_array(of, content, each.indices, skip_errors=True)
 
 
 def _casters(runs: Sequence[Run]) -> list[Run]:

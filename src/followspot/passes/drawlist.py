@@ -37,6 +37,9 @@ class DrawList:
         return len(self.indices) // 3
 
 
+_SNAPPED = 1 / 16
+"""Texels by which GL may move a vertex: it has at least 4 bits below the pixel, in practice 8."""
+
 NOTHING = DrawList(np.empty(0, np.uint32), ())
 
 
@@ -78,6 +81,7 @@ def casters(
     clip_from_world: Mat4,
     keep_side: NDArray[np.float32],
     eye: Vec3,
+    size: int,
 ) -> DrawList:
     """The triangles of chosen faces that can leave a mark in a map, one batch a key.
 
@@ -89,10 +93,12 @@ def casters(
         chosen: (faces,) which to look at.
         key: (materials,) material to draw each material as; ascending, so that those which need
             not be told apart are neighbours.
-        clip_from_world: Of the map; triangles wholly outside of its sides are left out.
+        clip_from_world: Of the map; triangles wholly outside of its sides are left out, and those
+            that are so small or thin that they pass between the middles of its texels.
         keep_side: (materials,) 1 keeps triangles whose front faces the eye, -1 those whose back
             does, 0 both.
         eye: (3,) world position of the light in units.
+        size: Texels along an edge of the map.
     """
     faces = mesh.faces[chosen]
     if not len(faces):
@@ -105,7 +111,9 @@ def casters(
     facing = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
     x, y, w = (positions @ clip_from_world[[0, 1, 3], :3].T + clip_from_world[[0, 1, 3], 3]).T
     beyond = np.stack([x > w, x < -w, y > w, y < -w])[:, indices].all(axis=2).any(axis=0)
-    kept = ~beyond & (facing * keep_side[material] >= 0)
+    kept = np.flatnonzero(~beyond & (facing * keep_side[material] >= 0))
+    for along in (x, y):
+        kept = kept[_reaches_a_texel(along, w, indices[kept], size)]
     indices, material = indices[kept], key[material[kept]]
     starts = np.flatnonzero(np.diff(material, prepend=-1))
     counts = np.diff(starts, append=len(material))
@@ -113,6 +121,23 @@ def casters(
         material[starts].tolist(), (3 * starts).tolist(), (3 * counts).tolist(), strict=True
     )
     return DrawList(indices.ravel(), tuple(Batch(*batch) for batch in batches))
+
+
+def _reaches_a_texel(
+    along: NDArray[np.float64], w: NDArray[np.float64], indices: NDArray[np.uint32], size: int
+) -> Mask:
+    """(t,) whether the middle of any row of texels may lie within a triangle's extent.
+
+    Args:
+        along: (vertices,) clip coordinate across the rows.
+        w: (vertices,) likewise; not above 0 behind the light, where there is no telling.
+        indices: (t, 3).
+        size: How many rows there are.
+    """
+    row = (along / np.where(w > 0, w, np.inf) * 0.5 + 0.5) * size - 0.5  # whole in the middles
+    ends = row[indices]
+    lowest = np.ceil(ends.min(axis=1) - _SNAPPED)
+    return np.asarray((lowest <= ends.max(axis=1) + _SNAPPED) | (w[indices].min(axis=1) <= 0))
 
 
 def front_to_back(mesh: Mesh, chosen: Mask, eye: Vec3, last: Mask) -> DrawList:

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -11,10 +12,12 @@ from numpy.typing import NDArray
 
 from followspot.gpu import blocks
 from followspot.gpu.gpu_scene import GpuScene
-from followspot.gpu.targets import Target
-from followspot.passes import lighting
+from followspot.gpu.program import SHADERS, ShaderError, ShaderFolder
+from followspot.gpu.targets import Part, Target
+from followspot.passes import lighting, programs
 from followspot.passes.characters import CharacterPass
-from followspot.passes.programs import SHADOW_ATLAS
+from followspot.passes.overlay import Overlay, OverlayPass
+from followspot.passes.programs import SHADOW_ATLAS, Shader
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.sky import SkyPass
 from followspot.passes.surfaces import SurfacePass
@@ -28,7 +31,7 @@ from followspot.spaces import Mat4
 
 _FRAMEBUFFER_SRGB = 0x8DB9
 
-PASSES = ("shadow", "clear", "surfaces", "characters", "sky", "blended")
+PASSES = ("shadow", "clear", "surfaces", "characters", "sky", "blended", "overlay")
 TimedPass = Callable[[str], AbstractContextManager[object]]
 
 
@@ -48,6 +51,9 @@ class FrameInput:
         exposure: Display value per radiance.
         view: The stage to draw.
         time: Seconds, by which characters move.
+        overlays: What is drawn over the picture, where that is displayed.
+        culled_from: A camera that decides in place of `camera` what is drawn and what shadow maps
+            cover, so that one can fly on and see what is left out.
     """
 
     scene: Scene
@@ -57,6 +63,8 @@ class FrameInput:
     exposure: float
     view: View = View.FINAL
     time: float = 0.0
+    overlays: frozenset[Overlay] = frozenset()
+    culled_from: Camera | None = None
 
     @property
     def shadowed(self) -> tuple[SpotLight, ...]:
@@ -79,60 +87,95 @@ class FrameReport:
 
 
 class FramePipeline:
-    """The passes of one level; `draw` is the frame."""
+    """The passes of one level; `draw` is the frame.
 
-    def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
+    Args:
+        context: Where everything lives.
+        gpu_scene: The level.
+        shaders: The folder of their files.
+    """
+
+    def __init__(
+        self, context: moderngl.Context, gpu_scene: GpuScene, shaders: Path = SHADERS
+    ) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
         self._mesh = gpu_scene.scene.mesh
         self._bounds = gpu_scene.scene.bounds
         self._triangle_count = gpu_scene.scene.triangle_count
         context.front_face = "cw"  # as in Quake's files
+        self._folder = ShaderFolder(shaders)
         self._visible = VisibleFaces(gpu_scene.scene)
-        self._characters = CharacterPass(context, gpu_scene)
-        self.shadow = ShadowPass(context, gpu_scene, self._characters)
-        self._surfaces = SurfacePass(context, gpu_scene)
-        self._sky = SkyPass(context, gpu_scene)
+        self._characters = CharacterPass(context, gpu_scene, self._folder)
+        self.shadow = ShadowPass(context, gpu_scene, self._characters, self._folder)
+        self._surfaces = SurfacePass(context, gpu_scene, self._folder)
+        self._sky = SkyPass(context, gpu_scene, self._folder)
+        self._overlay: OverlayPass | None = None
 
     def prepare(self, frame: FrameInput) -> None:
-        """Compile and allocate what frames like this one need; `draw` then creates nothing."""
+        """Compile and allocate what frames like this one need; `draw` then creates nothing.
+
+        Raises:
+            ShaderError: a shader that has not been needed so far does not compile. Frames like
+                those before can still be prepared and drawn.
+        """
         self._gpu_scene.set_anisotropy(frame.settings.anisotropy)
         shadows = len(frame.shadowed)
         self.shadow.reserve(shadows, frame.settings.shadow_map_size)
         constants = lighting.constants(frame.scene, frame.settings)
         for each in (self._surfaces.programs, self._characters.programs):
             each.prepare(frame.view, len(frame.lights), shadows, constants)
+        if frame.overlays and self._overlay is None:
+            self._overlay = OverlayPass(self._context, self._gpu_scene.scene, self._folder)
 
-    def draw(self, frame: FrameInput, target: Target, timed: TimedPass = _untimed) -> FrameReport:
+    def draw(
+        self,
+        frame: FrameInput,
+        target: Target,
+        timed: TimedPass = _untimed,
+        part: Part | None = None,
+    ) -> FrameReport:
         """Draw one frame into `target`.
 
         Args:
             frame: What to draw; `prepare` has been called for frames like it.
             target: What to draw it into.
             timed: Gives for each of `PASSES` a context to draw it in.
+            part: Of the target, to draw only there what the whole picture would show; the rest
+                stays as it is.
         """
         start = time.perf_counter()
         camera, settings, visible = frame.camera, frame.settings, self._visible
         far = camera.far_for(*self._bounds)
-        clip_from_view = camera.clip_from_view(target.size[0] / target.size[1], far)
+        aspect = target.size[0] / target.size[1]
+        clip_from_view = camera.clip_from_view(aspect, far)
         clip_from_world = clip_from_view @ camera.view_from_world
+        decider, cull_from_world = camera, clip_from_world
+        if frame.culled_from is not None:
+            decider = frame.culled_from
+            frozen = decider.clip_from_view(aspect, decider.far_for(*self._bounds))
+            cull_from_world = frozen @ decider.view_from_world
 
         with_blended = frame.view.has_blended and settings.albedo is None
         if visible.update(
-            camera.position, clip_from_world, cull=settings.culling, with_blended=with_blended
+            decider.position,
+            cull_from_world,
+            cull=settings.culling,
+            with_blended=with_blended,
+            looked_at_from=camera.position,
         ):
             self._surfaces.upload(visible.opaque, visible.blended)
         with timed("shadow"):
             shadow_from_world = self.shadow.fit(frame.shadowed, settings, visible.receivers)
             tiles = self.shadow.tiles if frame.shadowed else ()
             may_be_seen = visible.characters if settings.culling else None
-            moved = self._characters.update(frame.time, clip_from_world, tiles, may_be_seen)
+            moved = self._characters.update(frame.time, cull_from_world, tiles, may_be_seen)
             self.shadow.draw(settings, is_used=bool(tiles), characters_moved=moved)
         scale = 1.0 if target.is_linear else _display_scale(frame, far)
         self._write_block(frame, clip_from_world, clip_from_view, shadow_from_world, scale)
 
         with timed("clear"):
-            self._begin(target, frame.view)
+            self._begin(target, frame.view, part)
         with timed("characters"):  # first, since they hide more of the level than it of them
             self._characters.draw_opaque()
         with timed("surfaces"):
@@ -145,6 +188,13 @@ class FramePipeline:
             self._surfaces.draw_blended(visible.blended, visible.opaque)
             if with_blended:
                 self._characters.draw_blended()
+        with timed("overlay"):
+            if self._overlay is not None and frame.overlays and not target.is_linear:
+                frustum = None if frame.culled_from is None else cull_from_world
+                self._overlay.update(frame.overlays, frame.lights, tiles, frame.time, frustum)
+                self._overlay.draw(clip_from_view, target.size[0])
+        if part is not None:
+            target.framebuffer.scissor = None  # type: ignore[assignment]  # moderngl's way to end it
 
         draws, triangles = self._characters.counts(with_blended=with_blended)
         redrawn = self.shadow.redrawn
@@ -159,10 +209,12 @@ class FramePipeline:
             shadow_triangles=self.shadow.triangle_count if redrawn else 0,
         )
 
-    def _begin(self, target: Target, view: View) -> None:
+    def _begin(self, target: Target, view: View, part: Part | None) -> None:
         """Bind and clear the target; let GL turn what shaders write into sRGB where it is shown."""
         target.framebuffer.depth_mask = True
         target.framebuffer.use()
+        if part is not None:
+            target.framebuffer.scissor = target.box(part)
         if view.is_encoded and not target.is_linear:
             self._context.enable_direct(_FRAMEBUFFER_SRGB)
         else:
@@ -194,10 +246,30 @@ class FramePipeline:
         self._gpu_scene.frame_block.write(block.tobytes())
         self._gpu_scene.frame_block.bind_to_uniform_block(0)
 
+    def shaders_changed(self) -> bool:
+        """Whether a shader's file has changed since it was read, by their times alone."""
+        return self._folder.has_changed
+
+    def reload(self) -> ShaderError | None:
+        """Compile all shaders from their files as they are now. Not inside a frame.
+
+        Returns:
+            What is wrong, if one of them does not compile; then all stay as they are.
+        """
+        return programs.reload(self._folder, self._shaders)
+
+    @property
+    def _shaders(self) -> list[Shader]:
+        passes = (self.shadow, self._characters, self._surfaces.programs, self._sky)
+        found = [shader for each in passes for shader in each.shaders]
+        return found + (self._overlay.shaders if self._overlay is not None else [])
+
     def release(self) -> None:
         """Give the GL objects back."""
         for each in (self.shadow, self._surfaces, self._characters, self._sky):
             each.release()
+        if self._overlay is not None:
+            self._overlay.release()
 
 
 def _display_scale(frame: FrameInput, far: float) -> float:

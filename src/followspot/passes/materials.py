@@ -15,6 +15,7 @@ class Variant(NamedTuple):
     two_sided: bool
     blended: bool
     shade: Shade
+    tinted: bool
 
     @property
     def defines(self) -> dict[str, int | str]:
@@ -26,6 +27,8 @@ class Variant(NamedTuple):
             macros["SIDES_BOTH"] = 1
         if self.blended:
             macros["BLENDED"] = 1
+        if self.tinted:
+            macros["TINTED"] = 1
         if self.shade is not Shade.LIT:
             macros[self.shade.name] = 1
         return macros
@@ -38,18 +41,20 @@ def variant_of(material: Material) -> Variant:
         material.sides is not Sides.FRONT,
         material.blend is not None,
         material.shade,
+        material.is_tinted,
     )
 
 
 def alpha_test_vector(material: Material) -> tuple[float, float]:
     """surface.frag's ``alpha_test``: texels with ``a * x + y > 0`` are kept."""
     half = 128 / 255  # the game compares bytes with 128
-    return {
+    slope, shift = {
         AlphaTest.GT0: (1.0, 0.0),
         AlphaTest.LT128: (-1.0, half - 1e-4),
         AlphaTest.GE128: (1.0, 1e-4 - half),
         None: (0.0, 1.0),
     }[material.alpha_test]
+    return slope * material.alpha_scale, shift
 
 
 _FACTORS = {

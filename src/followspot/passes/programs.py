@@ -1,7 +1,7 @@
-"""The programs of surface.vert and surface.frag, with the vertex arrays that go with them.
+"""Programs with the vertex arrays that go with them, compiled anew when their files change.
 
-A program is compiled for each view, variant of material, number of lights and sky, so that no
-pixel pays for a choice that is the same in the whole frame.
+A program of surface.vert and surface.frag is compiled for each view, variant of material, number
+of lights and sky, so that no pixel pays for a choice that is the same in the whole frame.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 import moderngl
 
 from followspot.gpu import program
+from followspot.gpu.program import ShaderError, ShaderFolder
 from followspot.passes.materials import Variant
 from followspot.passes.view import SURFACE_VIEWS, View
 
@@ -19,49 +20,150 @@ MAX_PROGRAMS = 128
 """Programs kept for views and settings that come back; more than one frame needs at once."""
 
 _VIEWS: dict[str, int | str] = {f"VIEW_{v.name}": n for n, v in enumerate(SURFACE_VIEWS)}
-_SAMPLERS = {"base_image": BASE_IMAGE, "shadow_atlas": SHADOW_ATLAS, "key_poses": KEY_POSES}
+_SAMPLERS = {
+    "base_image": BASE_IMAGE,
+    "kept": BASE_IMAGE,
+    "shadow_atlas": SHADOW_ATLAS,
+    "key_poses": KEY_POSES,
+}
 
 Arrays = list[moderngl.VertexArray]
+MakeArrays = Callable[[moderngl.Program], Arrays]
+Compiled = tuple[moderngl.Program, Arrays]
 
 
-class SurfacePrograms:
-    """Programs for the views that have been asked for, for what one pass draws.
+class Shader:
+    """A program and its vertex arrays.
 
     Args:
         context: Where they live.
-        variants: Of the materials that are drawn.
+        folder: Has the files.
+        name: Of ``name.vert`` and ``name.frag``.
         make_arrays: A program to the vertex arrays that are drawn with it.
-        defines: Macros that all of them have.
+        defines: Macros.
+        vertex: Takes the vertex shader from another pair of files.
 
     Attributes:
-        arrays: By variant, those of the frames that have been prepared.
+        program: The one that compiled last.
+        arrays: Those that go with it.
+
+    Raises:
+        ShaderError: it does not compile.
     """
 
     def __init__(
         self,
         context: moderngl.Context,
+        folder: ShaderFolder,
+        name: str,
+        make_arrays: MakeArrays,
+        defines: Mapping[str, int | str] | None = None,
+        vertex: str | None = None,
+    ) -> None:
+        self._context = context
+        self._name, self._vertex = name, vertex
+        self._defines = dict(defines or {})
+        self._make_arrays = make_arrays
+        self.program, self.arrays = self.compiled(folder.texts)
+
+    def compiled(self, texts: Mapping[str, str]) -> Compiled:
+        """The same from other texts of the files, for `use` or `drop`.
+
+        Raises:
+            ShaderError: it does not compile.
+        """
+        made = program.build(self._context, self._name, self._defines, texts, self._vertex)
+        for name, unit in _SAMPLERS.items():
+            program.set_uniform(made, name, unit)
+        return made, self._make_arrays(made)
+
+    def use(self, compiled: Compiled) -> None:
+        """Draw with this from now on."""
+        self.release()
+        self.program, self.arrays = compiled
+
+    def release(self) -> None:
+        """Give the GL objects back."""
+        drop((self.program, self.arrays))
+
+
+def drop(compiled: Compiled) -> None:
+    """Give the GL objects of what `Shader.compiled` returned back."""
+    for array in compiled[1]:
+        array.release()
+    compiled[0].release()
+
+
+def reload(folder: ShaderFolder, shaders: Iterable[Shader]) -> ShaderError | None:
+    """Compile shaders from their files as they are now: all of them, or none where one fails.
+
+    Returns:
+        What is wrong; then everything is as it was before.
+    """
+    made: list[tuple[Shader, Compiled]] = []
+    try:
+        texts = folder.read()
+        for shader in shaders:
+            made.append((shader, shader.compiled(texts)))
+    except ShaderError as error:
+        for _, compiled in made:
+            drop(compiled)
+        return error
+    for shader, compiled in made:
+        shader.use(compiled)
+    folder.texts = texts
+    return None
+
+
+class SurfacePrograms:
+    """Shaders for the views that have been asked for, for what one pass draws.
+
+    Args:
+        context: Where they live.
+        folder: Has the files.
+        variants: Of the materials that are drawn.
+        make_arrays: A program to the vertex arrays that are drawn with it.
+        defines: Macros that all of them have.
+
+    Attributes:
+        chosen: By variant, those of the frames that have been prepared.
+    """
+
+    def __init__(
+        self,
+        context: moderngl.Context,
+        folder: ShaderFolder,
         variants: Iterable[Variant],
-        make_arrays: Callable[[moderngl.Program], Arrays],
+        make_arrays: MakeArrays,
         defines: Mapping[str, int | str] | None = None,
     ) -> None:
         self._context = context
+        self._folder = folder
         self._variants = set(variants)
         self._make_arrays = make_arrays
         self._defines = dict(defines or {})
-        self._made: dict[object, tuple[moderngl.Program, Arrays]] = {}
+        self._made: dict[object, Shader] = {}
         self._common: dict[str, int | str] = {}
-        self.arrays: dict[Variant, Arrays] = {}
+        self.chosen: dict[Variant, Shader] = {}
+
+    @property
+    def shaders(self) -> list[Shader]:
+        """All that have been compiled and kept."""
+        return list(self._made.values())
 
     def prepare(
         self, view: View, lights: int, shadows: int, constants: dict[str, int | str]
     ) -> None:
-        """Choose the programs for the next frames, compiling what is new. Not inside a frame.
+        """Choose the shaders for the next frames, compiling what is new. Not inside a frame.
 
         Args:
             view: The stage that is written.
             lights: How many there are.
             shadows: How many of them have a shadow map; they come first.
             constants: Macros of surface.frag; see `lighting.constants`.
+
+        Raises:
+            ShaderError: a new one does not compile; those chosen before stay.
         """
         common = {
             **_VIEWS,
@@ -72,29 +174,20 @@ class SurfacePrograms:
         }
         if common == self._common:
             return
-        self._common = common
+        chosen = {}
         for variant in self._variants:
             key = (*common.items(), variant)
-            made = self._made.pop(key, None) or self._make(common | variant.defines)
-            self._made[key] = made  # the last one used is the last
-            self.arrays[variant] = made[1]
+            if key not in self._made:
+                defines = common | variant.defines | self._defines
+                self._made[key] = Shader(
+                    self._context, self._folder, "surface", self._make_arrays, defines
+                )
+            chosen[variant] = self._made[key] = self._made.pop(key)  # the last used is the last
+        self._common, self.chosen = common, chosen
         while len(self._made) > MAX_PROGRAMS:
-            _drop(*self._made.pop(next(iter(self._made))))
-
-    def _make(self, defines: dict[str, int | str]) -> tuple[moderngl.Program, Arrays]:
-        surface = program.build(self._context, "surface", defines | self._defines)
-        for name, unit in _SAMPLERS.items():
-            if name in surface:
-                program.uniform(surface, name).value = unit
-        return surface, self._make_arrays(surface)
+            self._made.pop(next(iter(self._made))).release()
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for made in self._made.values():
-            _drop(*made)
-
-
-def _drop(surface: moderngl.Program, arrays: Arrays) -> None:
-    for array in arrays:
-        array.release()
-    surface.release()
+        for shader in self._made.values():
+            shader.release()

@@ -2,7 +2,7 @@
 
 The map of a light is kept until the light, the window that it covers, or a setting changes. The
 window stays the same while the camera moves a little. Where there are characters, the level's
-depth is kept by itself: when they move, it is copied and they are drawn over the copy.
+depth is kept by itself: when they move, it is put back where they were, and they are drawn over it.
 """
 
 from collections.abc import Iterator
@@ -16,12 +16,14 @@ from followspot import spaces
 from followspot.errors import UsageError
 from followspot.gpu import blocks, program
 from followspot.gpu.gpu_scene import GpuScene
+from followspot.gpu.program import ShaderFolder
+from followspot.gpu.targets import Part
 from followspot.passes import drawlist, shadow_fit
 from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector
-from followspot.passes.programs import BASE_IMAGE
-from followspot.passes.shadow_fit import Boxes, Outlines, ShadowFrustum
+from followspot.passes.programs import BASE_IMAGE, Shader
+from followspot.passes.shadow_fit import Boxes, Extent, Outlines, ShadowFrustum
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Mat4
@@ -41,23 +43,21 @@ class ShadowPass:
     """
 
     def __init__(
-        self, context: moderngl.Context, gpu_scene: GpuScene, characters: CharacterPass
+        self,
+        context: moderngl.Context,
+        gpu_scene: GpuScene,
+        characters: CharacterPass,
+        folder: ShaderFolder,
     ) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
         self._characters = characters
-        self._solid = program.build(context, "shadow")
-        self._cut_out = program.build(context, "shadow", {"ALPHA_TEST": 1})
         size = max(gpu_scene.scene.mesh.indices.nbytes, 4) * blocks.MAX_SHADOWS
         self._indices = context.buffer(reserve=size, dynamic=True)  # all lights' casters
-        self._solid_vao = context.vertex_array(
-            self._solid, [(gpu_scene.vertices, "3f 20x", "in_position")], self._indices
-        )
-        self._cut_out_vao = context.vertex_array(
-            self._cut_out,
-            [(gpu_scene.vertices, "3f 12x 2f", "in_position", "in_texcoord")],
-            self._indices,
-        )
+        self._solid = Shader(context, folder, "shadow", self._array)
+        self._cut_out = Shader(context, folder, "shadow", self._array, {"ALPHA_TEST": 1})
+        self._restore = Shader(context, folder, "restore", self._no_array, vertex="average")
+        self.shaders = [self._solid, self._cut_out, self._restore]
         materials = gpu_scene.scene.materials
         self._casts = np.array([m.blend is None for m in materials], bool)
         # Solid casters of one state need not be told apart: each draws as the first of its state.
@@ -75,10 +75,20 @@ class ShadowPass:
         self._fitted: tuple[object, object] = (None, None)
         self._outlines: dict[SpotLight, Outlines] = {}
         self._casters: dict[ShadowFrustum, DrawList] = {}
-        self._maps: list[_Map] = []  # the level's; with characters, also the one with theirs
+        self._maps: list[_Map] = []  # with characters the level's alone, then the one with theirs
+        self._covered: list[Extent] = []  # by them, of each tile of it
         self.tiles: tuple[ShadowFrustum, ...] = ()
         self.redrawn = False
         self.triangle_count = self.draw_count = 0
+
+    def _array(self, shadow: moderngl.Program) -> list[moderngl.VertexArray]:
+        """The level's one vertex array for a program."""
+        content = [(self._gpu_scene.vertices, "3f 12x 2f", "in_position", "in_texcoord")]
+        return [self._context.vertex_array(shadow, content, self._indices, skip_errors=True)]
+
+    def _no_array(self, shadow: moderngl.Program) -> list[moderngl.VertexArray]:
+        """For what is drawn over the whole map."""
+        return [self._context.vertex_array(shadow, [])]
 
     def reserve(self, light_count: int, size: int) -> None:
         """Make room for so many tiles of so many texels. Not to be called inside a frame."""
@@ -92,8 +102,10 @@ class ShadowPass:
                 f"{wanted[0]} in a row; this OpenGL has {limit}"
             )
         self._drop_maps()
-        copies = 2 if len(self._gpu_scene.scene.crowd) else 1
-        self._maps = [_Map(self._context, wanted, is_copied=copies > 1) for _ in range(copies)]
+        self._maps = [_Map(self._context, wanted)]
+        if len(self._gpu_scene.scene.crowd):
+            self._maps[0].texture.compare_func = ""  # what it holds is fetched, to be put back
+            self._maps.append(_Map(self._context, wanted))
         self._drawn = None
 
     @property
@@ -119,7 +131,7 @@ class ShadowPass:
             return np.empty((0, 4, 4), np.float32)
         self._fit(lights, settings, receivers if settings.shadow_fit else None)
         return np.array(
-            [blocks.columns(self._shadow_from_world(number)) for number in range(len(lights))],
+            [blocks.columns(self.shadow_from_world(number)) for number in range(len(lights))],
             np.float32,
         )
 
@@ -139,13 +151,24 @@ class ShadowPass:
             self._drawn = wanted
         if not is_used or len(self._maps) == 1 or not (self.redrawn or characters_moved):
             return
+        self._draw_characters(settings)
+
+    def _draw_characters(self, settings: Settings) -> None:
+        """Put the level's depth back where characters have been or will be; draw them over it."""
         level, sampled = self._maps
-        self._context.copy_framebuffer(sampled.framebuffer, level.framebuffer)
-        if self._characters.casting:
-            with self._drawing_into(sampled, settings):
-                for number, tile in enumerate(self.tiles):
-                    sampled.choose_tile(number, settings.shadow_map_size)
-                    self._characters.draw_casters(tile.clip_from_world, settings.shadow_cull)
+        before = [shadow_fit.WHOLE] * len(self.tiles) if self.redrawn else self._covered
+        mins, maxs = self._characters.casting_boxes
+        self._covered = [shadow_fit.covered(tile, mins, maxs) for tile in self.tiles]
+        with self._drawing_into(sampled, settings):
+            for number, tile in enumerate(self.tiles):
+                part = shadow_fit.union(before[number], self._covered[number])
+                sampled.choose_tile(number, settings.shadow_map_size, part)
+                self._context.disable(moderngl.CULL_FACE)
+                self._context.depth_func = "1"
+                level.texture.use(BASE_IMAGE)
+                self._restore.arrays[0].render(vertices=3)
+                self._context.depth_func = "<"
+                self._characters.draw_casters(tile.clip_from_world, settings.shadow_cull)
 
     def _fit(
         self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Boxes | None
@@ -175,14 +198,16 @@ class ShadowPass:
             if kept is not None and kept.covers_the_same(tile):
                 tile = kept
             tiles.append(tile)
-            casters[tile] = self._casters.get(tile) or self._find_casters(light, tile, cull)
+            casters[tile] = self._casters.get(tile) or self._find_casters(light, tile, cull, size)
         if self.tiles != tuple(tiles):
             indices = [list_.indices for list_ in casters.values()]
             self._indices.write(np.concatenate(indices))
         self.tiles, self._casters = tuple(tiles), casters
         self._lights, self._fitted = lights, wanted
 
-    def _find_casters(self, light: SpotLight, tile: ShadowFrustum, cull: CullFace) -> DrawList:
+    def _find_casters(
+        self, light: SpotLight, tile: ShadowFrustum, cull: CullFace, size: int
+    ) -> DrawList:
         """All that may cast within a frustum, wherever the camera is."""
         mesh = self._gpu_scene.scene.mesh
         planes = drawlist.frustum_planes(tile.clip_from_world)
@@ -190,9 +215,9 @@ class ShadowPass:
         chosen = inside & self._casts[mesh.faces["material"]]
         side = np.where(self._one_sided, _SIDE[cull], 0).astype(np.float32)
         matrix = tile.clip_from_world
-        return drawlist.casters(mesh, chosen, self._key, matrix, side, light.position)
+        return drawlist.casters(mesh, chosen, self._key, matrix, side, light.position, size)
 
-    def _shadow_from_world(self, number: int) -> Mat4:
+    def shadow_from_world(self, number: int) -> Mat4:
         """World to tile `number` of the atlas."""
         place = np.eye(4)
         place[0, 0], place[0, 3] = 1 / len(self.tiles), number / len(self.tiles)
@@ -214,13 +239,14 @@ class ShadowPass:
     def _draw_level(self, settings: Settings) -> None:
         target, size = self._maps[0], settings.shadow_map_size
         self.triangle_count = self.draw_count = 0
+        target.framebuffer.scissor = None  # type: ignore[assignment]  # moderngl: nothing cut off
         target.framebuffer.clear()
         base = 0
         for number, (tile, casters) in enumerate(self._casters.items()):
             target.choose_tile(number, size)
             matrix = blocks.columns(tile.clip_from_world)
-            program.uniform(self._solid, "clip_from_world").write(matrix)
-            program.uniform(self._cut_out, "clip_from_world").write(matrix)
+            for shader in (self._solid, self._cut_out):
+                program.set_uniform(shader.program, "clip_from_world", matrix)
             self._draw_casters(casters, base, settings.shadow_cull)
             base += len(casters.indices)
 
@@ -233,12 +259,12 @@ class ShadowPass:
                 self._context.enable(moderngl.CULL_FACE)
                 self._context.cull_face = cull.value
             if material.alpha_test is None:
-                vao = self._solid_vao
+                shader = self._solid
             else:
-                vao = self._cut_out_vao
-                program.uniform(self._cut_out, "alpha_test").value = alpha_test_vector(material)
+                shader = self._cut_out
+                program.set_uniform(shader.program, "alpha_test", alpha_test_vector(material))
                 self._gpu_scene.image_of(material).use(BASE_IMAGE)
-            vao.render(vertices=batch.count, first=base + batch.first)
+            shader.arrays[0].render(vertices=batch.count, first=base + batch.first)
         self.triangle_count += casters.triangle_count
         self.draw_count += len(casters.batches)
 
@@ -247,20 +273,36 @@ class ShadowPass:
 
         Infinite where the light's rays hit nothing.
         """
-        tile = self.tiles[number]
+        self._context.finish()  # Mesa's llvmpipe may not wait for what is still being drawn
         raw = np.frombuffer(self.atlas.read(alignment=1), "<f4").reshape(size, -1)
-        ndc = raw[::-1, number * size : (number + 1) * size].astype(np.float64) * 2 - 1
-        near, far = tile.near, tile.far
+        tile = raw[::-1, number * size : (number + 1) * size]
+        return self.distances(number, tile).astype(np.float32)
+
+    def read_depths(self, number: int, part: Part, size: int) -> NDArray[np.float32]:
+        """Read a part of light `number`'s map of `size` texels; waits for the GPU.
+
+        Returns:
+            (h, w) depths in [0, 1], top row first.
+        """
+        x, y, width, height = part
+        box = number * size + x, size - y - height, width, height
+        self._context.finish()  # as above
+        raw = self._maps[-1].framebuffer.read(box, components=1, attachment=-1, dtype="f4")
+        return np.frombuffer(raw, "<f4").reshape(height, width)[::-1]
+
+    def distances(self, number: int, depths: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Depths of light `number` as units along its axis, infinite where they are 1."""
+        near, far = self.tiles[number].near, self.tiles[number].far
+        ndc = depths.astype(np.float64) * 2 - 1
         distance = 2 * near * far / (far + near - ndc * (far - near))
-        return np.where(ndc < 1, distance, np.inf).astype(np.float32)
+        return np.where(ndc < 1, distance, np.inf)
 
     def release(self) -> None:
         """Give the GL objects back."""
         self._drop_maps()
-        for thing in (
-            self._solid_vao, self._cut_out_vao, self._indices, self._solid, self._cut_out
-        ):  # fmt: skip
-            thing.release()
+        self._indices.release()
+        for shader in self.shaders:
+            shader.release()
 
     def _drop_maps(self) -> None:
         for each in self._maps:
@@ -269,31 +311,25 @@ class ShadowPass:
 
 
 class _Map:
-    """A depth texture to draw into and to sample.
+    """A depth texture to draw into and to sample."""
 
-    One that is copied has a picture beside its depth, since moderngl copies depth only along with
-    a picture; nothing is ever drawn there.
-    """
-
-    def __init__(
-        self, context: moderngl.Context, size: tuple[int, int], *, is_copied: bool
-    ) -> None:
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.texture = context.depth_texture(size)
         self.texture.compare_func = "<="
         self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
         self.texture.repeat_x = self.texture.repeat_y = False
-        self._unused = [context.renderbuffer(size, 1, dtype="f1")] if is_copied else []
-        self.framebuffer = context.framebuffer(self._unused, self.texture)
-        if is_copied:
-            self.framebuffer.color_mask = False, False, False, False
+        self.framebuffer = context.framebuffer(depth_attachment=self.texture)
 
-    def choose_tile(self, number: int, size: int) -> None:
-        """Draw into one light's square from now on."""
+    def choose_tile(self, number: int, size: int, part: Extent = shadow_fit.WHOLE) -> None:
+        """Draw into one light's square from now on, or into the texels that hold a part of it."""
+        x, y = int(part.left * size), int(part.bottom * size)
+        width = max(0, min(int(part.right * size) + 1, size) - x)
+        height = max(0, min(int(part.top * size) + 1, size) - y)
         self.framebuffer.viewport = number * size, 0, size, size
+        self.framebuffer.scissor = number * size + x, y, width, height
+        self.framebuffer.use()
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for unused in self._unused:
-            unused.release()
         self.framebuffer.release()
         self.texture.release()

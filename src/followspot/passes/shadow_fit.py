@@ -9,6 +9,7 @@ size have their texels at the same places, so shadow edges do not swim.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,9 @@ SIZES = 8
 NEAREST_SHARE = 1 / 256
 """Smallest near plane as a share of the far one. Depths are compared in float32, whose steps near
 1 leave a distance d uncertain by d^2 / near / 2^24; nearer casters are clamped to the plane."""
+
+
+_CORNERS = np.indices((2, 2, 2)).reshape(3, 8).T.astype(bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +65,37 @@ class ShadowFrustum:
         """Whether another frustum of the same light is as good as this one."""
         mine = (*self.window, self.near, self.far)
         return mine == (*other.window, other.near, other.far)
+
+
+class Extent(NamedTuple):
+    """A rectangle in a map, whose edges are at 0 and 1."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+
+WHOLE = Extent(0.0, 0.0, 1.0, 1.0)
+_NONE = Extent(1.0, 1.0, 0.0, 0.0)
+
+
+def union(a: Extent, b: Extent) -> Extent:
+    """The smallest one that holds two."""
+    left, bottom = min(a.left, b.left), min(a.bottom, b.bottom)
+    return Extent(left, bottom, max(a.right, b.right), max(a.top, b.top))
+
+
+def covered(tile: ShadowFrustum, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> Extent:
+    """Where in a map (n, 3) boxes may be seen."""
+    if not len(mins):
+        return _NONE
+    ends = np.where(_CORNERS, mins[:, np.newaxis], maxs[:, np.newaxis])
+    clip = ends @ tile.clip_from_world[[0, 1, 3], :3].T + tile.clip_from_world[[0, 1, 3], 3]
+    if clip[..., 2].min() <= 0:
+        return WHOLE  # a box reaches behind the light
+    at = np.clip(clip[..., :2] / clip[..., 2:] * 0.5 + 0.5, 0, 1).reshape(-1, 2)
+    return Extent(*at.min(axis=0).tolist(), *at.max(axis=0).tolist())
 
 
 def view_from_world(light: SpotLight) -> Mat4:

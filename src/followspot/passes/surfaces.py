@@ -5,11 +5,11 @@ import moderngl
 from followspot.assets.shader_values import Sides
 from followspot.gpu import program
 from followspot.gpu.gpu_scene import GpuScene
+from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
 from followspot.passes.materials import alpha_test_vector, blend_factors, variant_of
 from followspot.passes.programs import BASE_IMAGE, SurfacePrograms
 from followspot.scene.material import Material
-from followspot.scene.mesh import VERTEX
 
 _CULLED_SIDE = {Sides.FRONT: "back", Sides.BACK: "front"}
 
@@ -17,23 +17,24 @@ _CULLED_SIDE = {Sides.FRONT: "back", Sides.BACK: "front"}
 class SurfacePass:
     """The level's faces, in draw lists that are uploaded when they change."""
 
-    def __init__(self, context: moderngl.Context, gpu_scene: GpuScene) -> None:
+    def __init__(
+        self, context: moderngl.Context, gpu_scene: GpuScene, folder: ShaderFolder
+    ) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
         size = max(gpu_scene.scene.mesh.indices.nbytes, 4)
         self._indices = context.buffer(reserve=size, dynamic=True)
         self._variants = [variant_of(m) for m in gpu_scene.scene.materials]
-        self.programs = SurfacePrograms(context, self._variants, self._array)
+        self.programs = SurfacePrograms(context, folder, self._variants, self._array)
 
     def _array(self, surface: moderngl.Program) -> list[moderngl.VertexArray]:
-        """The level's one vertex array for a program."""
-        used = [f"in_{name}" for name in VERTEX.names or () if f"in_{name}" in surface]
-        layout = {"in_position": "3f", "in_normal": "3f", "in_texcoord": "2f"}
-        formats = [
-            layout[name] if name in used else f"{4 * int(layout[name][0])}x" for name in layout
+        """The level's one vertex array for a program, which need not look at all of a vertex."""
+        content: list[tuple[moderngl.Buffer, str, *tuple[str, ...]]] = [
+            (self._gpu_scene.vertices, "3f 3f 2f", "in_position", "in_normal", "in_texcoord")
         ]
-        content = [(self._gpu_scene.vertices, " ".join(formats), *used)]
-        return [self._context.vertex_array(surface, content, self._indices)]
+        if self._gpu_scene.tints is not None:
+            content.append((self._gpu_scene.tints, "4f", "in_tint"))
+        return [self._context.vertex_array(surface, content, self._indices, skip_errors=True)]
 
     def upload(self, opaque: DrawList, blended: DrawList) -> None:
         """Put new draw lists into the index buffer, blended behind opaque."""
@@ -61,11 +62,11 @@ class SurfacePass:
             if material.state != state:
                 state = material.state
                 set_state(self._context, material)
-            (array,) = self.programs.arrays[self._variants[batch.material]]
+            shader = self.programs.chosen[self._variants[batch.material]]
             if material.alpha_test is not None:
-                program.uniform(array.program, "alpha_test").value = alpha_test_vector(material)
+                program.set_uniform(shader.program, "alpha_test", alpha_test_vector(material))
             self._gpu_scene.image_of(material).use(BASE_IMAGE)
-            array.render(vertices=batch.count, first=base + batch.first)
+            shader.arrays[0].render(vertices=batch.count, first=base + batch.first)
         self._context.polygon_offset = 0.0, 0.0
 
     def release(self) -> None:

@@ -46,7 +46,15 @@ class VisibleFaces:
         self._listed: object = None
         self._sorted: tuple[object, Mask] = (None, np.zeros(0, bool))
 
-    def update(self, eye: Vec3, clip_from_world: Mat4, *, cull: bool, with_blended: bool) -> bool:
+    def update(
+        self,
+        eye: Vec3,
+        clip_from_world: Mat4,
+        *,
+        cull: bool,
+        with_blended: bool,
+        looked_at_from: Vec3 | None = None,
+    ) -> bool:
         """Cull and sort anew, but only when something that matters has changed.
 
         Args:
@@ -54,11 +62,13 @@ class VisibleFaces:
             clip_from_world: The camera's.
             cull: Whether faces that cannot be seen are left out of the draw lists.
             with_blended: Whether blended faces are drawn at all.
+            looked_at_from: (3,) where the picture is taken from, if not from the same place.
 
         Returns:
             Whether the draw lists are new.
         """
-        wanted = clip_from_world.tobytes(), cull, with_blended
+        viewpoint = eye if looked_at_from is None else looked_at_from
+        wanted = clip_from_world.tobytes(), viewpoint.tobytes(), cull, with_blended
         if wanted == self._listed:
             return False
         self._listed = wanted
@@ -71,7 +81,7 @@ class VisibleFaces:
             visible = np.ones_like(visible)
         is_blended = self._is_blended[self._mesh.faces["material"]]
         opaque, blended = visible & ~is_blended, visible & is_blended & with_blended
-        cell = np.floor(eye / SORT_CELL)
+        cell = np.floor(viewpoint / SORT_CELL)
         order = cell.tobytes()
         same = order == self._sorted[0] and np.array_equal(opaque, self._sorted[1])
         if not same:
@@ -79,7 +89,7 @@ class VisibleFaces:
             middle = spaces.vec3((cell + 0.5) * SORT_CELL)
             self.opaque = drawlist.front_to_back(self._mesh, opaque, middle, self._is_cut_out)
         nothing_blended = not blended.any() and not self.blended.batches
-        self.blended = drawlist.back_to_front(self._mesh, blended, eye)
+        self.blended = drawlist.back_to_front(self._mesh, blended, viewpoint)
         return not (same and nothing_blended)
 
     def _seen_from(self, eye: Vec3, clip_from_world: Mat4) -> Mask:

@@ -30,9 +30,11 @@ def parse_size(text: str) -> tuple[int, int]:
     return size
 
 
-def parse_camera(text: str | None, fov: float | None, scene: Scene) -> Camera:
+def parse_camera(
+    text: str | None, fov: float | None, scene: Scene, option: str = "--camera"
+) -> Camera:
     """A camera's name or ``x,y,z,yaw,pitch`` (units, degrees), with another angle of view."""
-    camera = _typed_camera(text) if text and "," in text else scene.camera(text)
+    camera = _typed_camera(text, option) if text and "," in text else scene.camera(text)
     if fov is None:
         return camera
     if not 1 <= fov <= 170:
@@ -40,10 +42,10 @@ def parse_camera(text: str | None, fov: float | None, scene: Scene) -> Camera:
     return Camera(camera.position, camera.yaw, camera.pitch, fov, camera.near, camera.name)
 
 
-def _typed_camera(text: str) -> Camera:
-    numbers = _numbers(text, "--camera", CAMERA_FORM, 5)
+def _typed_camera(text: str, option: str) -> Camera:
+    numbers = _numbers(text, option, CAMERA_FORM, 5)
     if abs(numbers[4]) > 90:
-        raise UsageError(f"--camera: expected a pitch of -90 to 90 degrees, found {numbers[4]:g}")
+        raise UsageError(f"{option}: expected a pitch of -90 to 90 degrees, found {numbers[4]:g}")
     return Camera(spaces.vec3(numbers[:3]), numbers[3], numbers[4])
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
 from followspot.present.renderer import Renderer
@@ -28,6 +29,7 @@ class Figure:
     view: View
     shadows: bool = True
     sky_light: bool = True
+    overlays: tuple[Overlay, ...] = ()
 
 
 SEQUENCE = (
@@ -38,6 +40,12 @@ SEQUENCE = (
     Figure("5-environment", "... and light from the sky", View.FINAL, shadows=False),
     Figure("6-shadows", "... and shadows: the final picture", View.FINAL),
     Figure("7-shadow-map", "What the key light sees: its depth map", View.SHADOW_MAP),
+    Figure(
+        "8-bounds",
+        "Bounds: objects, scene, and what that map covers",
+        View.FINAL,
+        overlays=(Overlay.BOXES, Overlay.SCENE, Overlay.LIGHT_FRUSTUM),
+    ),
 )
 
 SHEET = "contact-sheet"
@@ -83,7 +91,10 @@ def draw(renderer: Renderer, scene: Scene, camera: Camera, figure: Figure) -> ND
     )
     if figure.view is View.SHADOW_MAP and not renderer.has_shadow_map(scene, settings):
         return np.zeros((64, 64, 3), np.uint8)
-    return renderer.render(scene, camera, [figure.view], settings=settings)[figure.view]
+    drawn = renderer.render(
+        scene, camera, [figure.view], settings=settings, overlays=figure.overlays
+    )
+    return drawn[figure.view]
 
 
 def contact_sheet(

@@ -1,20 +1,25 @@
 """Pictures of a scene as NumPy arrays: the Python API, and what every command draws with."""
 
-from collections.abc import Iterable
+import time as clock
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from followspot.errors import UsageError
-from followspot.gpu.context import create_context
+from followspot.gpu.context import create_context, is_software
 from followspot.gpu.gpu_scene import GpuScene
-from followspot.gpu.targets import Target
+from followspot.gpu.targets import Part, Target
 from followspot.gpu.timers import PassTimers
 from followspot.passes import lighting
 from followspot.passes.frame import PASSES, FrameInput, FramePipeline, FrameReport
+from followspot.passes.overlay import Overlay
+from followspot.passes.shadow_preview import ShadowPreview
 from followspot.passes.view import View
 from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
@@ -33,20 +38,23 @@ luminance that so many percent of them stay below, and for the sky's median."""
 
 
 class Renderer:
-    """Draws one scene at a time without a window.
+    """Draws one scene at a time, without a window or for one.
 
     Use it as a context manager, or call `close`. It belongs to the thread that made it.
 
     Args:
         size: (width, height) of pictures in pixels.
+        context: An OpenGL context to draw in, a window's; by default one of its own.
 
     Raises:
         ContextError: no OpenGL context can be had.
         UsageError: the size is not one that can be drawn.
     """
 
-    def __init__(self, size: tuple[int, int] = (640, 480)) -> None:
-        self._context = create_context()
+    def __init__(
+        self, size: tuple[int, int] = (640, 480), context: moderngl.Context | None = None
+    ) -> None:
+        self._context = create_context() if context is None else context
         limit = min(self._context.info["GL_MAX_RENDERBUFFER_SIZE"], 16384)
         if not all(1 <= edge <= limit for edge in size):
             self._context.release()
@@ -57,11 +65,18 @@ class Renderer:
         self._targets: dict[bool, Target] = {}
         self._gpu_scene: GpuScene | None = None
         self._pipeline: FramePipeline | None = None
+        self._preview: ShadowPreview | None = None
 
     @property
     def gl_renderer(self) -> str:
         """What draws, as GL tells it."""
         return str(self._context.info["GL_RENDERER"])
+
+    @property
+    def pipeline(self) -> FramePipeline:
+        """The passes of the scene that is open."""
+        assert self._pipeline is not None, "open a scene first"
+        return self._pipeline
 
     def _make_current(self) -> None:
         """Point GL at this renderer's context: there may be several, used in turn."""
@@ -89,6 +104,8 @@ class Renderer:
         settings: Settings | None = None,
         time: float = 0.0,
         linear: bool = False,
+        overlays: Iterable[Overlay | str] = (),
+        culled_from: Camera | str | None = None,
     ) -> Pictures:
         """Take pictures of several stages from one place.
 
@@ -99,6 +116,8 @@ class Renderer:
             settings: In place of the scene's own.
             time: Seconds since the start, by which characters move.
             linear: Whether values come as they are instead of as displayed.
+            overlays: What to draw over displayed pictures, as `Overlay` or by value: ``"boxes"``.
+            culled_from: Another camera, which decides what is drawn and what shadow maps cover.
 
         Returns:
             For each view an array with the top row first. Displayed: (h, w, 3) uint8. Linear:
@@ -106,36 +125,56 @@ class Renderer:
             ``depth`` and ``shadow-map`` are (h, w). The shadow map has its own size.
 
         Raises:
-            UsageError: no such camera or view, or too many lights.
+            UsageError: no such camera, view or overlay, an overlay that cannot be drawn here, or
+                too many lights.
         """
         camera = scene.camera(camera) if not isinstance(camera, Camera) else camera
         settings = scene.settings if settings is None else settings
         wanted = [view_named(view) for view in views]
+        shown = frozenset(overlay_named(overlay) for overlay in overlays)
+        if isinstance(culled_from, str):
+            culled_from = scene.camera(culled_from)
+        if shown and linear:
+            raise UsageError("overlays are drawn in displayed colours, not over float values")
+        if Overlay.CAMERA_FRUSTUM in shown and culled_from is None:
+            raise UsageError("camera-frustum needs a camera to cull from other than the picture's")
         lights = lighting.in_order(scene.lights)
         self.open(scene)
         needs_exposure = not linear and any(view.is_light for view in wanted)
         exposure = 1.0
         if needs_exposure:
             exposure = self.exposure(scene, camera, settings, time=time)
-        frame = FrameInput(scene, camera, lights, settings, exposure, time=time)
+        frame = FrameInput(
+            scene,
+            camera,
+            lights,
+            settings,
+            exposure,
+            time=time,
+            overlays=shown,
+            culled_from=culled_from,
+        )
         self._make_current()
         return {view: self._picture(replace(frame, view=view), linear) for view in wanted}
 
     def _picture(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
         assert self._pipeline is not None
         if frame.view is View.SHADOW_MAP:
-            return self._shadow_map(replace(frame, view=View.SHADOW), linear)
+            frame = replace(frame, view=View.SHADOW, overlays=frozenset())
+            return self._shadow_map(frame, linear)
         self.draw(frame, linear)
         values = self._targets[linear].read()
         is_scalar = linear and frame.view in (View.SHADOW, View.DEPTH)
         return values[..., 0] if is_scalar else values
 
-    def draw(self, frame: FrameInput, linear: bool = False) -> FrameReport:
-        """Draw one frame of the open scene without reading it back."""
+    def draw(
+        self, frame: FrameInput, linear: bool = False, part: Part | None = None
+    ) -> FrameReport:
+        """Draw one frame of the open scene, or a part of it, without reading it back."""
         assert self._pipeline is not None, "open a scene first"
         self._make_current()
         self._pipeline.prepare(frame)
-        return self._pipeline.draw(frame, self.target(linear))
+        return self._pipeline.draw(frame, self.target(linear), part=part)
 
     def target(self, linear: bool = False) -> Target:
         """What `draw` draws into, for those who read it in a way of their own."""
@@ -144,12 +183,38 @@ class Renderer:
         return self._targets[linear]
 
     def pass_times(self, frame: FrameInput) -> dict[str, float]:
-        """Draw one frame of the open scene and tell each pass's GPU time in ms."""
+        """Draw one frame of the open scene and tell each pass's GPU time in ms.
+
+        A software rasteriser puts its work off until somebody waits for it, so that timer queries
+        see next to nothing of it; there each pass is waited for on its own.
+        """
         assert self._pipeline is not None, "open a scene first"
         self.draw(frame)  # makes what is missing, so that only drawing is timed
+        if is_software(self.gl_renderer):
+            return self._times_waited(frame, self._pipeline)
         timers = PassTimers(self._context, PASSES)
         self._pipeline.draw(frame, self._targets[False], timers)
         return timers.read_ms()
+
+    def _times_waited(self, frame: FrameInput, pipeline: FramePipeline) -> dict[str, float]:
+        ms: dict[str, float] = {}
+
+        @contextmanager
+        def timed(name: str) -> Iterator[None]:
+            self._context.finish()
+            start = clock.perf_counter()
+            yield
+            self._context.finish()
+            ms[name] = (clock.perf_counter() - start) * 1e3
+
+        pipeline.draw(frame, self._targets[False], timed)
+        return {name: ms[name] for name in PASSES}
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Draw pictures of another size from now on."""
+        if size != self.size:
+            self.size = size
+            self._drop_targets()
 
     def finish(self) -> None:
         """Wait until the GPU has done everything."""
@@ -163,6 +228,31 @@ class Renderer:
         assert self._pipeline is not None
         distance = self._pipeline.shadow.read_distance(0, frame.settings.shadow_map_size)
         return distance if linear else _stretched(distance)
+
+    def shadow_map_texture(self, number: int = 0) -> moderngl.Texture | None:
+        """A light's shadow map as the last frame left it, as greys in a texture, top row first.
+
+        Args:
+            number: Of the light, among those with a shadow map.
+
+        Returns:
+            The same texture every time while maps keep their size; none if there is no such map.
+        """
+        assert self._pipeline is not None, "open a scene first"
+        self._make_current()
+        shadow = self._pipeline.shadow
+        if number >= len(shadow.tiles):
+            return None
+        size = shadow.atlas.height
+        if self._preview is None or self._preview.size != size:
+            self._drop_preview()
+            self._preview = ShadowPreview(self._context, size)
+        return self._preview.draw(shadow, number)
+
+    def _drop_preview(self) -> None:
+        if self._preview is not None:
+            self._preview.release()
+        self._preview = None
 
     def exposure(
         self,
@@ -207,14 +297,18 @@ class Renderer:
     def close(self) -> None:
         """Give back everything on the GPU."""
         self._drop_scene()
+        self._drop_targets()
+        self._context.release()
+
+    def _drop_targets(self) -> None:
         self._make_current()
         for target in self._targets.values():
             target.release()
         self._targets.clear()
-        self._context.release()
 
     def _drop_scene(self) -> None:
         self._make_current()
+        self._drop_preview()
         if self._pipeline is not None:
             self._pipeline.release()
         if self._gpu_scene is not None:
@@ -244,6 +338,19 @@ def view_named(view: View | str) -> View:
     except ValueError:
         names = ", ".join(v.value for v in View)
         raise UsageError(f"no view is named {view!r}; there are {names}") from None
+
+
+def overlay_named(overlay: Overlay | str) -> Overlay:
+    """An overlay by its value.
+
+    Raises:
+        UsageError: there is none; lists those that exist.
+    """
+    try:
+        return Overlay(overlay)
+    except ValueError:
+        names = ", ".join(o.value for o in Overlay)
+        raise UsageError(f"no overlay is named {overlay!r}; there are {names}") from None
 
 
 def _stretched(distance: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from followspot.errors import UsageError
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
-from followspot.present.renderer import Renderer, view_named
+from followspot.present.renderer import Renderer, overlay_named, view_named
 from followspot.scene import figure_file
 from followspot.scene.camera import Camera
 from followspot.scene.load import Step, load, load_figure, with_chosen_light
@@ -31,6 +31,8 @@ class Wish:
     animation: str | None = None
     time: float = 0.0
     items: bool = False
+    overlays: str | None = None
+    culled_from: str | None = None
 
 
 def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Scene, Camera]:
@@ -73,8 +75,20 @@ def render(name: str, output: Path, wish: Wish) -> None:
     linear = pictures.is_linear(output)
     view = view_named(wish.view)
     size = arguments.parse_size(wish.size)
+    overlays = [overlay_named(each.strip()) for each in (wish.overlays or "").split(",") if each]
     scene, camera = open_scene(name, wish)
+    culled_from = None
+    if wish.culled_from is not None:
+        culled_from = arguments.parse_camera(wish.culled_from, wish.fov, scene, "--culled-from")
     with Renderer(size) as renderer:
-        picture = renderer.render(scene, camera, [view], time=wish.time, linear=linear)[view]
+        picture = renderer.render(
+            scene,
+            camera,
+            [view],
+            time=wish.time,
+            linear=linear,
+            overlays=overlays,
+            culled_from=culled_from,
+        )[view]
     depth = view in (View.DEPTH, View.SHADOW_MAP)
     pictures.save(output, picture, channel="Z" if depth else "Y")

@@ -10,6 +10,9 @@ uniform vec2 alpha_test;               // keep where a * x + y > 0
 
 in vec3 world_normal;
 in vec2 texcoord;
+#ifdef TINTED
+in vec4 tint;  // linear, that texels are multiplied by
+#endif
 flat in float scale;
 #if LIGHTS > SHADOWS
 in vec3 world_position;
@@ -78,6 +81,9 @@ void main() {
 #endif
 #ifdef ALPHA_TEST
     if (texel.a * alpha_test.x + alpha_test.y <= 0.0) discard;
+#endif
+#ifdef TINTED
+    texel *= tint;
 #endif
 #ifdef ALBEDO
     vec3 rho = vec3(ALBEDO);

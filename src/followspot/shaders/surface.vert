@@ -6,6 +6,10 @@
 #include "common/object.glsl"
 
 in vec2 in_texcoord;
+#ifdef TINTED
+in vec4 in_tint;
+out vec4 tint;
+#endif
 
 out vec3 world_normal;
 out vec2 texcoord;
@@ -23,6 +27,9 @@ void main() {
     vec4 world = vertex_in_world();
     world_normal = normal_in_world();
     texcoord = in_texcoord;
+#ifdef TINTED
+    tint = in_tint;
+#endif
     scale = output_scale.x;
 #if LIGHTS > SHADOWS
     world_position = world.xyz;

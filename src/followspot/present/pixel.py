@@ -1,0 +1,280 @@
+"""One pixel, and how it came about: the values down the pipeline as the shaders work them out."""
+
+from dataclasses import dataclass, replace
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.assets.shader_values import Sides
+from followspot.errors import UsageError
+from followspot.passes import lighting
+from followspot.passes.frame import FrameInput
+from followspot.passes.view import View
+from followspot.present.renderer import Renderer
+from followspot.scene.light import SpotLight
+from followspot.scene.sight import Crossing, crossings
+
+_TWO_SIDED_OFFSET = 4.0
+"""As in surface.vert."""
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What is seen.
+
+    Attributes:
+        material: The shader's name in the level.
+        texture: Path of its image; none is plain white.
+        face: Number of the mesh's face, if it belongs to the level.
+        character: Name of the figure, if it belongs to a character.
+    """
+
+    material: str
+    texture: str | None
+    face: int | None
+    character: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class ShadowLookup:
+    """A surface point looked up in one light's shadow map.
+
+    Attributes:
+        light: The light's name, or its number among those with a map.
+        light_space: (4,) homogeneous place in the atlas, moved off the surface by the bias.
+        divided: (3,) the same after the division, in [0, 1]; the third is what is compared.
+        texel: Column and row in the light's own map, from the top left.
+        stored: Depth in that texel, in [0, 1].
+        stored_distance: The same in units along the light's axis; infinite where nothing is.
+        compared_distance: That of the point.
+        arrives: Share of the comparisons around it that let light through, as the filter weights
+            them.
+        is_lit: Whether the surface is turned to the light and inside its cone.
+    """
+
+    light: str
+    light_space: Values
+    divided: Values
+    texel: tuple[int, int]
+    stored: float
+    stored_distance: float
+    compared_distance: float
+    arrives: float
+    is_lit: bool
+
+
+@dataclass(frozen=True, eq=False)
+class PixelReport:
+    """A pixel of the final picture. Values of the sky are 0 but for its radiance.
+
+    Attributes:
+        x: Column.
+        y: Row from the top.
+        surface: The opaque surface that is seen; none is the sky.
+        in_front: Blended surfaces before it, near ones first.
+        position: (3,) world units; none is the sky's.
+        depth: Units along the view axis; infinite for the sky.
+        normal: (3,) unit world normal of the side that is seen.
+        shadows: For each light with a shadow map, in their order.
+        visibility: Share of the key light that arrives.
+        rho: (3,) Lambertian coefficients, those of blended surfaces blended in.
+        direct: (3,) irradiance from all lights in W/m^2.
+        environment: (3,) irradiance from the environment in W/m^2.
+        radiance: (3,) of the final picture in W/(m^2 sr), blended surfaces included.
+        exposed: (3,) radiance times exposure: what is displayed, before the sRGB curve.
+        displayed: (3,) uint8 of the picture.
+    """
+
+    x: int
+    y: int
+    surface: Surface | None
+    in_front: tuple[Surface, ...]
+    position: Values | None
+    depth: float
+    normal: Values | None
+    shadows: tuple[ShadowLookup, ...]
+    visibility: float
+    rho: Values
+    direct: Values
+    environment: Values
+    radiance: Values
+    exposed: Values
+    displayed: NDArray[np.uint8]
+
+
+def inspect_pixel(renderer: Renderer, frame: FrameInput, x: int, y: int) -> PixelReport:
+    """Draw one pixel of every stage and put together what they tell.
+
+    Irradiance is read off a surface of albedo 1, which shows the radiance E/pi.
+
+    Args:
+        renderer: Has the frame's scene open; its pictures are left with this pixel of the last
+            stage drawn.
+        frame: Any view of it.
+        x: Column of its picture.
+        y: Row from the top.
+
+    Raises:
+        UsageError: there is no such pixel.
+    """
+    width, height = renderer.size
+    if not (0 <= x < width and 0 <= y < height):
+        raise UsageError(f"pixel {x}, {y} is not in a picture of {width} x {height}")
+    frame = replace(frame, overlays=frozenset())
+    white = replace(frame, settings=msgspec.structs.replace(frame.settings, albedo=1.0))
+    part = x, y, 1, 1
+
+    def value(view: View, of: FrameInput = frame) -> Values:
+        renderer.draw(replace(of, view=view), linear=True, part=part)
+        read: Values = renderer.target(linear=True).read(part=part)[0, 0].astype(np.float64)
+        return read
+
+    depth = float(value(View.DEPTH)[0])
+    direct, environment = value(View.DIRECT, white), value(View.ENVIRONMENT, white)
+    normal, visibility = value(View.NORMALS) * 2 - 1, float(value(View.SHADOW)[0])
+    rho, radiance = value(View.LAMBERTIAN), value(View.FINAL)
+    renderer.draw(replace(frame, view=View.FINAL), part=part)
+    displayed = renderer.target().read(part=part)[0, 0]
+
+    ray = _ray(frame, renderer.size, x, y)
+    surface, in_front = _along(frame, ray, depth)
+    is_sky = not np.isfinite(depth)
+    position = None if is_sky else frame.camera.position + ray * depth
+    shadows: tuple[ShadowLookup, ...] = ()
+    if surface is not None and position is not None:
+        shadows = tuple(
+            _look_up(renderer, frame, number, surface, position, normal)
+            for number in range(len(frame.shadowed))
+        )
+    return PixelReport(
+        x=x,
+        y=y,
+        surface=None if surface is None else _named(surface),
+        in_front=tuple(_named(each) for each in in_front),
+        position=position,
+        depth=depth,
+        normal=None if is_sky else normal,
+        shadows=shadows,
+        visibility=visibility,
+        rho=rho,
+        direct=direct * np.pi,
+        environment=environment * np.pi,
+        radiance=radiance,
+        exposed=radiance * frame.exposure,
+        displayed=displayed,
+    )
+
+
+def _ray(frame: FrameInput, size: tuple[int, int], x: int, y: int) -> Values:
+    """(3,) world direction through a pixel's middle, one unit long along the view axis."""
+    width, height = size
+    camera = frame.camera
+    clip_from_view = camera.clip_from_view(width / height, camera.near * 2)
+    middle = np.array([(2 * x + 1) / width - 1, 1 - (2 * y + 1) / height, 0, 1])
+    matrix = lighting.direction_from_clip(clip_from_view, camera.view_from_world)
+    return np.asarray((matrix @ middle)[:3])
+
+
+def _along(frame: FrameInput, ray: Values, depth: float) -> tuple[Crossing | None, list[Crossing]]:
+    """The opaque surface at the depth that was drawn, and the blended ones before it.
+
+    The depth knows of holes that texels make in cut-out surfaces, and of faces that were culled.
+    """
+    eye, scene = frame.camera.position, frame.scene
+    far = frame.camera.far_for(*scene.bounds)
+    met = crossings(scene, eye, eye + ray * far, frame.time)
+    opaque = [crossing for crossing in met if crossing.material.blend is None]
+    surface = None
+    if opaque and np.isfinite(depth):
+        surface = min(opaque, key=lambda crossing: abs(crossing.fraction * far - depth))
+    nearest = frame.camera.near / far
+    behind = 1.0 if surface is None else surface.fraction
+    has_blended = frame.settings.albedo is None
+    in_front = [
+        crossing
+        for crossing in met
+        if has_blended
+        and crossing.material.blend is not None
+        and nearest < crossing.fraction <= behind
+    ]
+    return surface, in_front
+
+
+def _look_up(
+    renderer: Renderer,
+    frame: FrameInput,
+    number: int,
+    surface: Crossing,
+    position: Values,
+    normal: Values,
+) -> ShadowLookup:
+    """What surface.vert and surface.frag do for one light."""
+    shadow, settings, light = renderer.pipeline.shadow, frame.settings, frame.shadowed[number]
+    size = settings.shadow_map_size
+    light_space = _light_space(renderer, frame, number, surface)
+    divided = light_space[:3] / light_space[3]
+    # The place in the light's own map, in texels from the bottom left, as the atlas has it.
+    place = (divided[0] * len(shadow.tiles) - number) * size, divided[1] * size
+    weights, texels = zip(*(_filter(at, settings.shadow_taps, size) for at in place), strict=True)
+    columns, rows = texels
+    left, right, bottom, top = (int(each) for each in (*columns[[0, -1]], *rows[[0, -1]]))
+    part = left, size - 1 - top, right - left + 1, top - bottom + 1
+    depths = shadow.read_depths(number, part, size)[::-1]
+    around = depths[np.ix_(rows - bottom, columns - left)]
+    compared = min(max(float(divided[2]), 0.0), 1.0)
+    column, row = (min(max(int(at), 0), size - 1) for at in place)
+    stored = shadow.read_depths(number, (column, size - 1 - row, 1, 1), size)
+    return ShadowLookup(
+        light=light.name or str(number),
+        light_space=light_space,
+        divided=divided,
+        texel=(column, size - 1 - row),
+        stored=float(stored[0, 0]),
+        stored_distance=float(shadow.distances(number, stored)[0, 0]),
+        compared_distance=float(shadow.distances(number, np.array(divided[2]))),
+        arrives=float(weights[1] @ (np.float32(compared) <= around) @ weights[0]),
+        is_lit=_is_lit(light, position, normal),
+    )
+
+
+def _light_space(renderer: Renderer, frame: FrameInput, number: int, surface: Crossing) -> Values:
+    """(4,) the interpolation of what surface.vert hands on at the triangle's corners."""
+    shadow, settings, light = renderer.pipeline.shadow, frame.settings, frame.shadowed[number]
+    matrix = shadow.shadow_from_world(number)
+    corners = surface.corners["position"].astype(np.float64)
+    normals = surface.corners["normal"].astype(np.float64)
+    if surface.material.sides is not Sides.FRONT:
+        turned = np.einsum("ij,ij->i", normals, light.position - corners) < 0
+        normals = np.where(turned[:, np.newaxis], -normals, normals) * _TWO_SIDED_OFFSET
+    places = np.c_[corners, np.ones(3)] @ matrix.T
+    offset = shadow.tiles[number].texel * settings.shadow_normal_offset * places[:, 3]
+    offset += settings.shadow_bias
+    places += np.c_[normals * offset[:, np.newaxis], np.zeros(3)] @ matrix.T
+    return np.asarray(surface.weights @ places)
+
+
+def _filter(at: float, taps: int, size: int) -> tuple[Values, NDArray[np.intp]]:
+    """Weights and numbers of the texels that the shadow filter compares along one axis.
+
+    Each of the taps, a texel apart, is the hardware's mean of two neighbours, weighted by how near
+    their middles are.
+    """
+    first = at - 0.5 - (taps - 1) / 2
+    share = first - np.floor(first)
+    weights = np.convolve(np.full(taps, 1 / taps), [1 - share, share])
+    texels = np.clip(int(np.floor(first)) + np.arange(taps + 1), 0, size - 1)
+    return weights, texels
+
+
+def _is_lit(light: SpotLight, position: Values, normal: Values) -> bool:
+    towards = light.position - position
+    cosine = -(towards @ light.direction) / np.linalg.norm(towards)
+    return bool(normal @ towards > 0 and cosine > light.cos_rim)
+
+
+def _named(crossing: Crossing) -> Surface:
+    material = crossing.material
+    return Surface(material.name, material.image, crossing.face, crossing.character)
