@@ -52,6 +52,15 @@ class _LooseFile:
             raise unreadable(self.path, error) from error
 
 
+@dataclass(frozen=True, slots=True)
+class _HeldFile:
+    data: bytes
+    source: str
+
+    def read(self) -> bytes:
+        return self.data
+
+
 class Archive:
     """The files of several folders and pk3 files, read by name; a context manager.
 
@@ -62,7 +71,7 @@ class Archive:
         self, roots: Sequence[Path], files: dict[str, _LooseFile | PakEntry], paks: ExitStack
     ) -> None:
         self._roots = roots
-        self._files = files
+        self._files: dict[str, _LooseFile | PakEntry | _HeldFile] = {**files}
         self._close = weakref.finalize(self, paks.close)
 
     @classmethod
@@ -113,6 +122,16 @@ class Archive:
     def __exit__(self, *error: object) -> None:
         self.close()
 
+    def add(self, name: str, data: bytes, source: str) -> str:
+        """Put in a file that lies inside of another one.
+
+        Returns:
+            Its normalised name.
+        """
+        name = normalise(name)
+        self._files[name] = _HeldFile(data, source)
+        return name
+
     def exists(self, name: str) -> bool:
         """Tell whether there is such a file."""
         return normalise(name) in self._files
@@ -134,7 +153,7 @@ class Archive:
         prefix, suffix = prefix.replace("\\", "/").lower(), suffix.lower()
         return sorted(n for n in self._files if n.startswith(prefix) and n.endswith(suffix))
 
-    def _file(self, name: str) -> _LooseFile | PakEntry:
+    def _file(self, name: str) -> _LooseFile | PakEntry | _HeldFile:
         file = self._files.get(normalise(name))
         if file is None:
             raise AssetError(name, expected=f"a file in {self.places}", found="none")

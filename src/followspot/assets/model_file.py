@@ -31,7 +31,7 @@ def locate_model(name_or_path: str, search: Sequence[Path]) -> tuple[Archive, st
     path, entry = Path(name_or_path), normalise(name_or_path)
     roots = list(search)
     if isfile(path):
-        root = _root(path.absolute())
+        root = root_of(path.absolute())
         roots.insert(0, root)
         entry = normalise(str(path.absolute().relative_to(root)))
     archive = Archive.open(roots)
@@ -80,7 +80,8 @@ def _folder(entry: str) -> str:
     return head + slash
 
 
-def _root(path: Path) -> Path:
+def root_of(path: Path) -> Path:
+    """The game folder that a model's file lies in, above ``models``; else the file's own folder."""
     for folder in path.parents:
         if folder.name.lower() == "models":
             game = folder.parent

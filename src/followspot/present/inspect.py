@@ -8,24 +8,27 @@ from typing import Any
 import numpy as np
 
 from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.present.stopwatch import Steps, peak_memory_mb
-from followspot.scene.load import load
+from followspot.scene.load import load, load_figure
+from followspot.scene.props import Prop
 from followspot.scene.scene import Scene
 
 
 def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
-    """Everything that can be told of a level without drawing it, ready for JSON.
+    """Everything that can be told of a level, or a mesh alone, without drawing it, ready for JSON.
 
     Raises:
         AssetError: the level cannot be opened.
     """
     steps = Steps()
-    scene = load(name, assets, on_step=steps)
+    is_mesh = name.lower().endswith(MESH_SUFFIXES)
+    scene = (load_figure if is_mesh else load)(name, assets, on_step=steps)
     bsp, mesh = scene.level.bsp, scene.mesh
     mins, maxs = mesh.bounds
     return {
         "name": name,
-        "file": bsp.source,
+        "file": name if is_mesh else bsp.source,
         "counts": _counts(bsp, scene),
         "bounds": {"mins": mins.tolist(), "maxs": maxs.tolist(), "unit": "Quake units"},
         "entities": dict(Counter(e.get("classname", "?") for e in bsp.entities).most_common()),
@@ -34,6 +37,7 @@ def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
         },
         "sky": scene.sky.name,
         "lights": [repr(light) for light in scene.lights] if not scene.lights_chosen else "chosen",
+        "props": [_prop(prop) for prop in scene.props],
         "materials": [_material(scene, number) for number in range(len(scene.materials))],
         "missing": [{"name": m.name, "tried": list(m.tried)} for m in scene.missing],
         "problems": [str(problem) for problem in scene.problems],
@@ -65,6 +69,16 @@ def _counts(bsp: BspFile, scene: Scene) -> dict[str, int]:
     }
 
 
+def _prop(prop: Prop) -> dict[str, Any]:
+    mins, maxs = prop.bounds
+    return {
+        "name": prop.name,
+        "triangles": prop.triangle_count,
+        "mins": np.round(mins.astype(np.float64), 3).tolist(),
+        "maxs": np.round(maxs.astype(np.float64), 3).tolist(),
+    }
+
+
 def _material(scene: Scene, number: int) -> dict[str, Any]:
     material = scene.materials[number]
     faces = scene.mesh.faces[scene.mesh.faces["material"] == number]
@@ -75,5 +89,6 @@ def _material(scene: Scene, number: int) -> dict[str, Any]:
         "alpha_test": material.alpha_test and material.alpha_test.value,
         "blend": material.blend and [factor.value for factor in material.blend],
         "shade": material.shade.value,
+        "tinted": material.is_tinted,
         "triangles": int(faces["index_count"].sum()) // 3,
     }

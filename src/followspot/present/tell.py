@@ -50,6 +50,8 @@ def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     for title in ("counts", "entities"):
         console.print(_two_columns(title, found[title]))
     console.print(_cameras(found["cameras"]))
+    if found["props"]:
+        console.print(_props(found["props"]))
     console.print(_materials(found["materials"]))
     for missing in found["missing"]:
         tried = ", ".join(missing["tried"])
@@ -115,6 +117,15 @@ def _cameras(cameras: Mapping[str, Sequence[float]]) -> Table:
     return table
 
 
+def _props(props: Sequence[Mapping[str, Any]]) -> Table:
+    table = Table("prop", "from", "to", "triangles")
+    table.columns[3].justify = "right"
+    for prop in props:
+        corners = (" ".join(f"{n:g}" for n in prop[name]) for name in ("mins", "maxs"))
+        table.add_row(prop["name"], *corners, str(prop["triangles"]))
+    return table
+
+
 def _materials(materials: Sequence[Mapping[str, Any]]) -> Table:
     table = Table("material", "drawn as", "triangles")
     table.columns[0].overflow = "fold"
@@ -122,7 +133,7 @@ def _materials(materials: Sequence[Mapping[str, Any]]) -> Table:
     for m in materials:
         kind = m["shade"] if m["blend"] else "cut out" if m["alpha_test"] else "solid"
         sides = "" if m["sides"] == "front" else f", {m['sides']} sides"
-        image = m["image"] or "[red]white[/]"
+        image = m["image"] or ("coloured" if m["tinted"] else "[red]white[/]")
         name = m["name"] if image.startswith(m["name"] + ".") else f"{m['name']}\n  {image}"
         table.add_row(name, kind + sides, str(m["triangles"]))
     return table

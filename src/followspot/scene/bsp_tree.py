@@ -1,6 +1,6 @@
 """Where a point of the level lies, what it may see, and how far a straight line gets.
 
-All three go down the level's binary tree of planes, for many points or lines at once: one pass
+All of it goes down the level's binary tree of planes, for many points or lines at once: one pass
 of the loop takes every one of them a node further.
 
 The tree knows *structural* walls only. What the level's author marked as detail, curved patches
@@ -44,6 +44,37 @@ def point_leafs(bsp: BspFile, points: NDArray[np.floating[Any]]) -> NDArray[np.i
         node[walking] = _child(at, behind)
         walking = walking[node[walking] >= 0]
     return ~node
+
+
+def box_leafs(
+    bsp: BspFile, mins: NDArray[np.floating[Any]], maxs: NDArray[np.floating[Any]]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Find the leafs that boxes reach into; a box that touches a plane is on both sides of it.
+
+    Args:
+        bsp: The level.
+        mins: (n, 3) world space, Quake units.
+        maxs: (n, 3) likewise.
+
+    Returns:
+        Numbers of boxes and of leafs, pair by pair, in no order.
+    """
+    middle, half = (maxs + mins) / 2, (maxs - mins) / 2
+    box, node = np.arange(len(mins)), np.zeros(len(mins), dtype=np.int64)
+    boxes, leafs = [box[:0]], [node[:0]]
+    while box.size:
+        at = bsp.nodes[node]
+        plane = bsp.planes[at["plane"]]
+        height = _dot(plane["normal"], middle[box]) - plane["distance"]
+        reach = _dot(np.abs(plane["normal"]), half[box])
+        front, back = np.flatnonzero(height >= -reach), np.flatnonzero(height <= reach)
+        box = np.concatenate([box[front], box[back]])
+        node = np.concatenate([at["children"][front, 0], at["children"][back, 1]]).astype(np.int64)
+        in_leaf = node < 0
+        boxes.append(box[in_leaf])
+        leafs.append(~node[in_leaf])
+        box, node = box[~in_leaf], node[~in_leaf]
+    return np.concatenate(boxes), np.concatenate(leafs)
 
 
 def visible_leafs(bsp: BspFile, position: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from followspot.assets import image
 from followspot.assets.archive import Archive, normalise
 from followspot.assets.md2 import Md2Model, read_md2
 from followspot.assets.md3 import Md3Model, read_md3
+from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.assets.model_file import (
     MODEL_SUFFIXES,
     find_model_image,
@@ -25,8 +26,8 @@ PLAYER = "player:"
 
 
 def is_model(name: str) -> bool:
-    """Whether a name means a model or a player, not a level."""
-    return name.startswith(PLAYER) or name.lower().endswith(MODEL_SUFFIXES)
+    """Whether a name means a model, a mesh or a player, not a level."""
+    return name.startswith(PLAYER) or name.lower().endswith((*MODEL_SUFFIXES, *MESH_SUFFIXES))
 
 
 def open_archive(name: str, search: Sequence[Path]) -> tuple[Archive, str]:

@@ -25,13 +25,16 @@ class Visibility:
 
     Attributes:
         bsp: The level.
-        level_face: (faces,) the mesh's faces as numbers of the level's faces.
+        level_face: (faces,) the mesh's faces as numbers of the level's faces; -1 for props'.
         everywhere: (level's faces,) those of doors and the like, of which it says nothing.
+        prop_leafs: (n, 2) props' faces, as numbers of the mesh's faces, with leafs that they reach
+            into; one leaf more than there are is visible from everywhere.
     """
 
     bsp: BspFile
     level_face: NDArray[np.int64]
     everywhere: NDArray[np.bool_]
+    prop_leafs: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 2), np.int64))
     _seen: dict[int, NDArray[np.bool_]] = field(default_factory=dict)
 
     def faces_from(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -54,11 +57,15 @@ class Visibility:
         return bsp_tree.visible_leafs(self.bsp, position)
 
     def _look(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
-        leafs = self.bsp.leafs[bsp_tree.visible_leafs(self.bsp, position)]
-        seen = self.everywhere.copy()
+        visible = bsp_tree.visible_leafs(self.bsp, position)
+        leafs = self.bsp.leafs[visible]
+        seen = np.append(self.everywhere, False)  # the last one is what props count as
         members = run_members(leafs["first_leaf_face"], leafs["leaf_face_count"])
         seen[self.bsp.leaf_faces[members]] = True
-        return np.asarray(seen[self.level_face])
+        result = seen[self.level_face]
+        face, leaf = self.prop_leafs.T
+        result[face[np.append(visible, True)[leaf]]] = True
+        return np.asarray(result)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,23 @@ from followspot.assets.archive import Archive
 from followspot.assets.bsp import BspFile, read_bsp
 from followspot.assets.image import Image
 from followspot.assets.locate import locate_level, search_path
+from followspot.assets.mesh_file import MESH_SUFFIXES
+from followspot.assets.model_file import root_of
 from followspot.assets.shader_parser import load_scripts
 from followspot.assets.shader_script import ShaderScript, lookup_name
 from followspot.errors import AssetError
-from followspot.scene import cast, figure_file, items, key_light, level, scene_file, sky, stage
+from followspot.scene import (
+    cast,
+    figure_file,
+    items,
+    key_light,
+    level,
+    prop_mesh,
+    props,
+    scene_file,
+    sky,
+    stage,
+)
 from followspot.scene.camera import Camera
 from followspot.scene.cast_file import Actors, Items
 from followspot.scene.character import Crowd
@@ -23,9 +36,12 @@ from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
 from followspot.scene.level import Level
 from followspot.scene.material import SURFACE_SKY
+from followspot.scene.prop_file import PropEntry
+from followspot.scene.props import Prop, PropFiles
 from followspot.scene.scene import MissingImage, Scene, spawn_cameras
 from followspot.scene.scene_file import SceneFile
 from followspot.scene.sky import CubeMap
+from followspot.spaces import METRES_PER_UNIT
 
 BUILTIN = Path(__file__).parent.parent / "builtin"
 """Folder of the scenes and the pak that come with the package."""
@@ -59,16 +75,18 @@ def load(
     """
     extra = [Path(folder) for folder in assets]
     path = _scene_path(name)
+    roots: list[Path] = []
     if path is not None:
         file = scene_file.read(path)
         beside = path.parent / file.level
         wanted = str(beside) if isfile(beside) else file.level  # noqa: PTH113 - it never raises
+        file, roots = _with_props_beside(file, path.parent.absolute())
     else:
         file, wanted = SceneFile(level=name), name
     if with_items:
         file = msgspec.structs.replace(file, items=Items.ENTITIES)
     builtin = sorted(BUILTIN.glob("*.pk3"))
-    archive, entry = locate_level(wanted, [*search_path(extra), *builtin])
+    archive, entry = locate_level(wanted, [*roots, *search_path(extra), *builtin])
     try:
         on_step("search")
         return _assemble(name, file, archive, entry, patch_tolerance, on_step)
@@ -87,9 +105,10 @@ def load_figure(
     """Open a model or player as a scene of its own: on a plain floor, under a key light.
 
     Args:
-        name: ``player:sarge``, ``player:sarge/red``, or a model's file, on disk or in the archive.
+        name: ``player:sarge``, ``player:sarge/red``, or a model's or mesh's file, on disk or in the
+            archive.
         assets: As for `load`.
-        animation: What it does; see `Figure.tracks`. None is how it stands.
+        animation: What it does; see `Figure.tracks`. None is how it stands. A mesh does nothing.
         on_step: As for `load`.
 
     Raises:
@@ -102,12 +121,26 @@ def load_figure(
         scripts = load_scripts(archive)
         on_step("find scripts")
         files = FigureFiles(archive, lambda shader: scripts.get(lookup_name(shader)))
+        if entry.endswith(MESH_SUFFIXES):
+            staged = _staged_prop(name, archive, entry, files, animation)
+            on_step("read props")
+            return staged
         found = files.open(entry)
         on_step("read figure")
         return stage.stage(name, archive, found, files, animation)
     except BaseException:
         archive.close()
         raise
+
+
+def _staged_prop(
+    name: str, archive: Archive, entry: str, files: FigureFiles, animation: str | None
+) -> Scene:
+    if animation is not None:
+        raise AssetError(name, place="animation", expected="none", found=animation)
+    wanted = PropEntry(file=entry, origin=(0.0, 0.0, 0.0))
+    (prop,) = props.props([wanted], PropFiles(archive, files), METRES_PER_UNIT, name)
+    return stage.stage_prop(name, archive, prop, files)
 
 
 def builtin_scenes() -> list[str]:
@@ -119,6 +152,18 @@ def _scene_path(name: str) -> Path | None:
     if name.lower().endswith(".toml"):
         return Path(name)
     return BUILTIN / f"{name}.toml" if name in builtin_scenes() else None
+
+
+def _with_props_beside(file: SceneFile, folder: Path) -> tuple[SceneFile, list[Path]]:
+    """The scene file with the props that lie beside it named as in an archive, and its roots."""
+    entries, roots = [], []
+    for prop in file.props:
+        path = folder / prop.file
+        if isfile(path):  # noqa: PTH113 - it never raises
+            roots.append(root_of(path))
+            prop = msgspec.structs.replace(prop, file=str(path.relative_to(roots[-1])))
+        entries.append(prop)
+    return msgspec.structs.replace(file, props=tuple(entries)), roots
 
 
 def _assemble(
@@ -150,6 +195,9 @@ def _assemble(
     spawns = spawn_cameras(bsp)
     cameras = own | {n: c for n, c in spawns.items() if n not in own}
     figures = FigureFiles(archive, find_script)
+    placed = _props(name, file, built, figures, archive)
+    built = prop_mesh.with_props(built, placed)
+    on_step("read props")
     crowd = _crowd(name, file, built, figures, archive, spawns)
     missing |= {n: MissingImage(n, tuple(tried)) for n, tried in figures.missing.items()}
     on_step("read characters")
@@ -162,6 +210,7 @@ def _assemble(
         ),
         sky=cube,
         crowd=crowd,
+        props=placed,
         sun=next((s.sun for s in skies if s.sun is not None), None),
         lights=tuple(each.light() for each in file.lights or ()),
         cameras=cameras,
@@ -177,6 +226,16 @@ def _assemble(
         scene = with_chosen_light(scene, scene.camera())
     on_step("choose light")
     return scene
+
+
+def _props(
+    name: str, file: SceneFile, level: Level, figures: FigureFiles, archive: Archive
+) -> tuple[Prop, ...]:
+    """The props that a scene file asks for."""
+    if not file.props:
+        return ()
+    files = PropFiles(archive, figures)
+    return props.props(file.props, files, file.metres_per_unit, name, Ground(level))
 
 
 def _crowd(
@@ -226,16 +285,21 @@ def _find_sky(
     problems: list[AssetError] = []
     for base in bases:
         try:
-            return _read_sky(archive, base), problems
+            return read_sky(archive, base), problems
         except AssetError as error:
             if required:
                 raise
             problems.append(error)
     with Archive.open([BUILTIN / "courtyard.pk3"]) as builtin:
-        return _read_sky(builtin, BUILTIN_SKY), problems
+        return read_sky(builtin, BUILTIN_SKY), problems
 
 
-def _read_sky(archive: Archive, base: str) -> CubeMap:
+def read_sky(archive: Archive, base: str) -> CubeMap:
+    """The sky of six images ``base_rt`` to ``base_dn``.
+
+    Raises:
+        AssetError: one of them is missing or unusable.
+    """
     paths: list[str] = []
     for suffix in sky.SUFFIXES:
         found, tried = image.find_image(archive, base + suffix)

@@ -55,6 +55,8 @@ class Material:
         shade: Where its light comes from.
         clamps: Whether the image ends at its border instead of repeating.
         polygon_offset: Whether it is a decal that lies on another surface.
+        alpha_scale: What the image's alpha is multiplied by before it is tested.
+        is_tinted: Whether texels are multiplied by the mesh's tints.
     """
 
     name: str
@@ -65,6 +67,8 @@ class Material:
     shade: Shade = Shade.LIT
     clamps: bool = False
     polygon_offset: bool = False
+    alpha_scale: float = 1.0
+    is_tinted: bool = False
 
     @property
     def state(self) -> tuple[object, ...]:

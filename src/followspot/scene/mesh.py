@@ -35,11 +35,14 @@ class Mesh:
         vertices: (v,) of VERTEX.
         indices: (i,) uint32 into `vertices`, three a triangle, faces in the table's order.
         faces: (f,) of FACE, sorted by material, so that a material is one run of indices.
+        tints: (v, 4) float32 RGBA, linear, that texels of tinted materials are multiplied by; none
+            where no material is tinted.
     """
 
     vertices: NDArray[np.void]
     indices: NDArray[np.uint32]
     faces: NDArray[np.void]
+    tints: NDArray[np.float32] | None = None
 
     @property
     def triangle_count(self) -> int:

@@ -170,7 +170,7 @@ def _drawn_triangles(level: Level) -> Array:
     faces, world = bsp.faces[number], bsp.models[0]
     of_world = number < world["first_face"] + world["face_count"]
     solid = (bsp.shaders["content_flags"][faces["shader"]] & CONTENTS_SOLID) != 0
-    is_brush = of_world & solid & (faces["type"] == FaceType.POLYGON)
+    is_brush = (number >= 0) & of_world & solid & (faces["type"] == FaceType.POLYGON)
     opaque = np.array([m.blend is None for m in materials], bool)[mesh.faces["material"]]
     wanted = mesh.faces[opaque & ~is_brush]
     corners = mesh.indices[run_members(wanted["first_index"], wanted["index_count"])]

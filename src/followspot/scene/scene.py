@@ -19,6 +19,7 @@ from followspot.scene.light import Light
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh
 from followspot.scene.path import AutoPath, CameraPath
+from followspot.scene.props import Prop
 from followspot.scene.settings import Settings
 from followspot.scene.sky import CubeMap
 
@@ -41,6 +42,7 @@ class Scene:
         level: The level with its file's records, materials and visibility.
         images: Paths of the base images in the archive, each once.
         crowd: The characters.
+        props: Things that never move; the level's mesh has them too.
         sky: The cube map behind everything, which also lights it.
         sun: Of the level's sky script, where it has one.
         lights: In the scene file's or command line's order.
@@ -61,6 +63,7 @@ class Scene:
     images: tuple[str, ...]
     sky: CubeMap
     crowd: Crowd = field(default_factory=Crowd)
+    props: tuple[Prop, ...] = ()
     sun: Sun | None = None
     lights: tuple[Light, ...] = ()
     lights_chosen: bool = False

@@ -31,7 +31,7 @@ seconds = 20
 [settings]
 shadow_map_size = 2048
 
-Characters are told of in `cast_file`.
+Characters are told of in `cast_file`, things that never move in `prop_file`.
 """
 
 import itertools
@@ -51,10 +51,13 @@ from followspot.scene.camera import Camera
 from followspot.scene.cast_file import Actors, CharacterEntry, Items
 from followspot.scene.light import Light, PointLight, SpotLight
 from followspot.scene.path import AutoPath, CameraPath, Key
+from followspot.scene.prop_file import PropEntry, Up
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Vec3
 
-Coordinate = Annotated[float, Meta(ge=-1e7, le=1e7)]
+FARTHEST = 1e7
+"""Units that a coordinate may be from the origin."""
+Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 Number3 = tuple[Coordinate, Coordinate, Coordinate]
 MAX_POWER = 1e15
 Positive = Annotated[float, Meta(gt=0)]
@@ -218,6 +221,7 @@ class SceneFile(_Entry, frozen=True, kw_only=True):
     characters: tuple[CharacterEntry, ...] = ()
     actors: Actors = Actors.NONE
     items: Items = Items.NONE
+    props: tuple[PropEntry, ...] = ()
     settings: Settings = Settings()
 
 
@@ -288,7 +292,8 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
                 source, place=place, expected=f"the key {match[1]}", found="none"
             ) from None
         if text.startswith("Invalid enum value"):
-            kind_of = {"actors": Actors, "items": Items}.get(path, CullFace)
+            kinds = {"actors": Actors, "items": Items, "up": Up}
+            kind_of = kinds.get(path.rpartition(".")[2], CullFace)
             text = "Expected " + ", ".join(value.value for value in kind_of)
         elif text.startswith("Invalid value"):
             text = "Expected spot or point"

@@ -1,4 +1,4 @@
-"""A scene without a level: one figure on a plain floor under a key light."""
+"""A scene without a level: one figure or prop on a plain floor under a key light."""
 
 import math
 from typing import Any
@@ -18,6 +18,8 @@ from followspot.scene.level import Level, Visibility
 from followspot.scene.light import SpotLight
 from followspot.scene.material import Material
 from followspot.scene.mesh import FACE, VERTEX, Mesh
+from followspot.scene.prop_mesh import with_props
+from followspot.scene.props import Prop, moved
 from followspot.scene.scene import MissingImage, Scene
 from followspot.scene.settings import Settings
 from followspot.scene.sky import CubeMap
@@ -55,18 +57,42 @@ def stage(
     tracks = figure.tracks(animation)
     feet = figure.floor_below(tracks.legs)
     crowd = Crowd([Character(figure, walk.standing((0, 0, feet)), ((tracks, 0.0),))])
-    mins, maxs = _extent(crowd, tracks)
+    return _scene(name, archive, _extent(crowd, tracks), files, crowd, ())
+
+
+def stage_prop(name: str, archive: Archive, prop: Prop, files: FigureFiles) -> Scene:
+    """A scene of one prop, which is put down in the middle of the floor; otherwise as `stage`."""
+    mins, maxs = (corner.astype(np.float64) for corner in prop.bounds)
+    matrix = np.eye(4)
+    matrix[:3, 3] = -(mins[0] + maxs[0]) / 2, -(mins[1] + maxs[1]) / 2, -mins[2]
+    prop = moved(prop, matrix)
+    mins, maxs = (corner.astype(np.float64) for corner in prop.bounds)
+    return _scene(name, archive, (mins, maxs), files, Crowd(), (prop,))
+
+
+def _scene(
+    name: str,
+    archive: Archive,
+    extent: tuple[NDArray[np.float64], NDArray[np.float64]],
+    files: FigureFiles,
+    crowd: Crowd,
+    props: tuple[Prop, ...],
+) -> Scene:
+    mins, maxs = extent
     middle = spaces.vec3((mins + maxs) / 2)
     radius = max(float(np.linalg.norm(maxs - mins)) / 2, 0.1)
-    level = _floor(FLOOR_SIZES * radius)
+    level = with_props(_floor(FLOOR_SIZES * radius), props)
     metres = spaces.METRES_PER_UNIT
     return Scene(
         name=name,
         archive=archive,
         level=level,
-        images=tuple(dict.fromkeys(m.image for m in crowd.materials if m.image)),
+        images=tuple(
+            dict.fromkeys(m.image for m in (*level.materials, *crowd.materials) if m.image)
+        ),
         sky=_plain_sky(),
         crowd=crowd,
+        props=props,
         lights=(_key_light(middle, radius, metres),),
         cameras={view: _camera(view, middle, radius) for view in _VIEWS},
         settings=Settings(shadow_taps=2),
