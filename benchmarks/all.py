@@ -17,6 +17,7 @@ PARTS = {
     "floor": "Against a bare C program with the same GL calls",
     "submission": "The processor's share alone",
     "scale": "Against scale",
+    "characters": "Characters and films",
 }
 QUICK = {
     "engine": ["--level", "oa_dm5", "--frames", "20", "--rounds", "1"],
@@ -24,6 +25,7 @@ QUICK = {
     "floor": ["--frames", "20", "--rounds", "1"],
     "submission": ["--level", "oa_dm5", "--frames", "20"],
     "scale": ["--frames", "3", "--rounds", "1"],
+    "characters": ["--frames", "5", "--rounds", "1"],
 }
 
 

@@ -32,7 +32,7 @@ SceneArgument = Annotated[
         metavar="SCENE_OR_LEVEL",
         help="A built-in scene (courtyard), a scene file (x.toml), a level's file (x.bsp, x.pk3, "
         "x.pk3:name), the name of an installed level (oa_dm5), or a model alone (x.md2, x.md3, "
-        "player:sarge).",
+        "x.glb, x.gltf, x.obj, x.ply, player:sarge).",
     ),
 ]
 AssetsOption = Annotated[
@@ -89,6 +89,20 @@ NoSkyLightOption = Annotated[
 ]
 
 
+PathOption = Annotated[
+    str | None,
+    typer.Option(
+        "--path",
+        metavar="NAME|auto",
+        help="The camera's path: one of the scene file's, or auto, which is found in the "
+        "level. By default the first one.",
+    ),
+]
+SecondsOption = Annotated[
+    float | None,
+    typer.Option("--seconds", help="Length of the film, by default the path's own (auto: 20)."),
+]
+JobsOption = Annotated[int, typer.Option("--jobs", min=1, help="Processes that draw the film.")]
 AnimationOption = Annotated[
     str | None,
     typer.Option(
@@ -139,6 +153,24 @@ def render(
     animation: AnimationOption = None,
     time: TimeOption = 0.0,
     items: ItemsOption = False,
+    overlay: Annotated[
+        str | None,
+        typer.Option(
+            "--overlay",
+            metavar="NAME,...",
+            help="To debug by, over the picture: boxes (of objects, red), scene (its bounds, "
+            "yellow), light-frustum (what shadow maps cover, blue), camera-frustum (of "
+            "--culled-from, white).",
+        ),
+    ] = None,
+    culled_from: Annotated[
+        str | None,
+        typer.Option(
+            "--culled-from",
+            metavar="NAME|x,y,z,yaw,pitch",
+            help="Another camera, which decides what is drawn and what shadow maps cover.",
+        ),
+    ] = None,
 ) -> None:
     """Draw one picture of a scene, a level, or a model or player alone on a plain floor.
 
@@ -167,6 +199,8 @@ def render(
             animation=animation,
             time=time,
             items=items,
+            overlays=overlay,
+            culled_from=culled_from,
         ),
     )
 
@@ -310,21 +344,10 @@ def film(
             help=".mp4 (H.264), .webm (VP9), or a folder for one png a frame.",
         ),
     ],
-    path: Annotated[
-        str | None,
-        typer.Option(
-            "--path",
-            metavar="NAME|auto",
-            help="The camera's path: one of the scene file's, or auto, which is found in the "
-            "level. By default the first one.",
-        ),
-    ] = None,
+    path: PathOption = None,
     size: SizeOption = "640x480",
     fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 30,
-    seconds: Annotated[
-        float | None,
-        typer.Option("--seconds", help="Length of the film, by default the path's own (auto: 20)."),
-    ] = None,
+    seconds: SecondsOption = None,
     max_bytes: Annotated[
         int | None,
         typer.Option("--max-bytes", min=1, help="Largest file allowed; quality drops to fit."),
@@ -342,7 +365,7 @@ def film(
             "--supersample", min=1, max=16, help="Pixels drawn along an edge of each of the film's."
         ),
     ] = 1,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that draw.")] = 1,
+    jobs: JobsOption = 1,
     light: LightOption = None,
     albedo: AlbedoOption = None,
     assets: AssetsOption = None,
@@ -373,6 +396,91 @@ def film(
     )
     film_wish = film_.FilmWish(path, seconds, fps, samples, supersample, max_bytes, jobs)
     raise typer.Exit(film_.run(scene, output, wish, film_wish))
+
+
+@app.command()
+def report(
+    scene: SceneArgument,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="DIR", help="Gets index.html and all it shows."),
+    ],
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: Annotated[
+        str,
+        typer.Option(
+            "--size", metavar="WxH", help="Pixels of the film; pictures have twice as many a side."
+        ),
+    ] = "960x540",
+    film: Annotated[bool, typer.Option("--film/--no-film", help="Whether there is a film.")] = True,
+    path: PathOption = None,
+    seconds: SecondsOption = None,
+    jobs: JobsOption = 1,
+    light: LightOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+) -> None:
+    """Make a page that shows and explains how a scene is drawn: pictures, film, measurements.
+
+    The folder needs no server and no network. A step that fails is named in the page, and the exit
+    code is 1.
+
+    \b
+    followspot report courtyard -o out/report
+    followspot report oa_dm5 --no-film -o out/report
+    """  # noqa: D301
+    from followspot.present.film import FilmWish
+    from followspot.present.report import run as report_
+    from followspot.present.still import Wish
+
+    wish = Wish(
+        camera=camera,
+        fov=fov,
+        size=size,
+        lights=light or (),
+        assets=assets or (),
+        settings=set_ or (),
+    )
+    film_wish = FilmWish(path=path, seconds=seconds, jobs=jobs) if film else None
+    raise typer.Exit(report_.run(scene, output, wish, film_wish))
+
+
+@app.command()
+def view(
+    scene: SceneArgument,
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: SizeOption = "1280x800",
+    light: LightOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+    animation: AnimationOption = None,
+    time: TimeOption = 0.0,
+    items: ItemsOption = False,
+) -> None:
+    """Open a window: fly through a scene, move its lights, see into every stage.
+
+    W A S D and the right mouse button fly; the panel Keys lists the rest. Tab hides the panels.
+
+    \b
+    followspot view courtyard
+    """  # noqa: D301
+    from followspot.present import still
+    from followspot.present.viewer import window
+
+    wish = still.Wish(
+        camera=camera,
+        fov=fov,
+        size=size,
+        lights=light or (),
+        assets=assets or (),
+        settings=set_ or (),
+        animation=animation,
+        time=time,
+        items=items,
+    )
+    window.run(scene, wish)
 
 
 def main() -> None:

@@ -111,7 +111,7 @@ def run(scene: str, output: str, wish: Wish, film_wish: FilmWish) -> int:
     with Interrupt() as interrupt, _bar(console) as bar:
         task = bar.add_task(scene, total=film.frame_count)
         pictures = bar.track(
-            _pictures(scene, opened, wish, film, film_wish.jobs, interrupt), task_id=task
+            draw_frames(scene, opened, wish, film, film_wish.jobs, interrupt), task_id=task
         )
         written = write(to, pictures, film, film_wish.max_bytes, interrupt)
     _tell(console, to, film, written)
@@ -213,7 +213,7 @@ def _path(scene: Scene, wish: FilmWish) -> CameraPath:
     return path if wish.seconds is None else path.lasting(wish.seconds)
 
 
-def _pictures(
+def draw_frames(
     name: str, scene: Scene, wish: Wish, film: Film, jobs: int, interrupt: Interrupt
 ) -> Iterator[Picture]:
     """The film's frames in order, up to an interrupt."""
