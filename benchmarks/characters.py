@@ -15,9 +15,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import common
-from common import View
-
 import ours
+from common import View
 
 from followspot.scene.camera import Camera
 from followspot.scene.load import load
