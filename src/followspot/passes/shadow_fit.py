@@ -32,9 +32,6 @@ NEAREST_SHARE = 1 / 256
 1 leave a distance d uncertain by d^2 / near / 2^24; nearer casters are clamped to the plane."""
 
 
-_CORNERS = np.indices((2, 2, 2)).reshape(3, 8).T.astype(bool)
-
-
 @dataclass(frozen=True, eq=False)
 class Boxes:
     """Axis-aligned boxes: (n, 3) mins and (n, 3) maxs in world units. Equal only to itself."""
@@ -90,12 +87,17 @@ def covered(tile: ShadowFrustum, mins: NDArray[np.float32], maxs: NDArray[np.flo
     """Where in a map (n, 3) boxes may be seen."""
     if not len(mins):
         return _NONE
-    ends = np.where(_CORNERS, mins[:, np.newaxis], maxs[:, np.newaxis])
-    clip = ends @ tile.clip_from_world[[0, 1, 3], :3].T + tile.clip_from_world[[0, 1, 3], 3]
-    if clip[..., 2].min() <= 0:
+    rows = tile.clip_from_world[[0, 1, 3]]
+    middle = (mins + maxs) @ (rows[:, :3].T / 2) + rows[:, 3]
+    reach = (maxs - mins) @ (np.abs(rows[:, :3]).T / 2)
+    least, most = middle - reach, middle + reach
+    near, far = least[:, 2:], most[:, 2:]
+    if near.min() <= 0:
         return WHOLE  # a box reaches behind the light
-    at = np.clip(clip[..., :2] / clip[..., 2:] * 0.5 + 0.5, 0, 1).reshape(-1, 2)
-    return Extent(*at.min(axis=0).tolist(), *at.max(axis=0).tolist())
+    least, most = least[:, :2], most[:, :2]
+    low = np.minimum(least / near, least / far).min(axis=0)
+    high = np.maximum(most / near, most / far).max(axis=0)
+    return Extent(*np.clip(np.concatenate([low, high]) * 0.5 + 0.5, 0, 1).tolist())
 
 
 def view_from_world(light: SpotLight) -> Mat4:
