@@ -1,0 +1,64 @@
+"""The film in the page."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from followspot.present import film
+from followspot.present.film import FilmWish, Interrupt
+from followspot.present.frames import Film, Picture
+from followspot.present.report.material import Material
+from followspot.present.report.page import fill
+from followspot.present.report.pixels import jpeg
+from followspot.present.report.section import Section
+from followspot.present.still import Wish
+
+FILE, POSTER = "film.mp4", "film.jpg"
+
+CANDIDATES = 9
+"""Frames of which one stands in the film's place before it plays."""
+
+
+@dataclass(frozen=True)
+class FilmStep:
+    """Makes the film that was wished for; called like any other step."""
+
+    wish: Wish
+    film_wish: FilmWish
+
+    def __call__(self, material: Material) -> Section:
+        """The film in the report's folder, and what the page says of it."""
+        to = film.parse_output(str(material.folder / FILE), self.film_wish)
+        scene, planned = film.plan(material.name, self.wish, self.film_wish, to)
+        every = -(-planned.frame_count // CANDIDATES)
+        candidates: list[bytes] = []
+
+        def watched(pictures: Iterator[Picture]) -> Iterator[Picture]:
+            for number, picture in enumerate(pictures):
+                if number % every == 0:
+                    candidates.append(jpeg(picture))
+                material.on_progress(number / planned.frame_count, "film")
+                yield picture
+
+        with Interrupt() as interrupt:
+            jobs = self.film_wish.jobs
+            drawn = film.draw_frames(material.name, scene, self.wish, planned, jobs, interrupt)
+            written = film.write(to, watched(drawn), planned, None, interrupt)
+        if interrupt.signal is not None:
+            raise KeyboardInterrupt
+        figures = {"frames": written.frames, "bytes": written.bytes, "seconds": _seconds(planned)}
+        html = fill(
+            "film.html",
+            film=planned,
+            seconds=_seconds(planned),
+            megabytes=written.bytes / 1e6,
+            path=self.film_wish.path or next(iter(scene.paths), "auto"),
+            name=material.name,
+            file=FILE,
+            poster=POSTER,
+        )
+        poster = max(candidates, key=len)  # what shows most takes most bytes, a wall the fewest
+        return Section("film", "The film", html, figures, {POSTER: poster})
+
+
+def _seconds(planned: Film) -> float:
+    return planned.frame_count / float(planned.fps)

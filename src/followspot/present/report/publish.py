@@ -1,0 +1,65 @@
+"""The report's folder: whole, or as it was before."""
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from followspot.errors import UsageError
+
+INDEX, FIGURES = "index.html", "report.json"
+
+
+@contextmanager
+def published(folder: Path) -> Iterator[Path]:
+    """A new folder to fill, which takes `folder`'s place when all went well.
+
+    An earlier report there is replaced; anything else is left alone.
+
+    Raises:
+        UsageError: something else is there, or it cannot be written.
+    """
+    check(folder)
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as workshop:
+            made = Path(workshop) / folder.name
+            made.mkdir()
+            yield made
+            check(folder)
+            if folder.exists():
+                folder.rename(Path(workshop) / "before")
+            made.rename(folder)
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be written: {error.strerror or error}") from None
+
+
+def check(folder: Path) -> None:
+    """See that a report may take this place.
+
+    Raises:
+        UsageError: it has no name of its own, or holds what is not a report's.
+    """
+    if not folder.name:
+        raise UsageError(f"{folder}: expected the name of a folder that can be made anew")
+    if not folder.exists() and not folder.is_symlink():
+        return
+    if not folder.is_dir() or folder.is_symlink():
+        raise UsageError(f"{folder}: expected a folder with a report, or nothing yet")
+    others = {path.name for path in folder.iterdir()} - _files_of(folder)
+    if others:
+        raise UsageError(
+            f"{folder}: expected a folder with a report, or nothing yet; found {min(others)} in it"
+        )
+
+
+def _files_of(folder: Path) -> set[str]:
+    """Names of the files that the report in a folder says are its own."""
+    try:
+        told: dict[str, Any] = msgspec.json.decode((folder / FIGURES).read_bytes(), type=dict)
+        return set(msgspec.convert(told.get("files"), list[str]))
+    except (OSError, msgspec.MsgspecError):
+        return set()

@@ -1,0 +1,374 @@
+"""The report: valid, self-contained, whole or as it was before, and honest about what failed."""
+
+import json
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+from xml.etree.ElementTree import Element
+
+import av
+import html5lib
+import numpy as np
+import pytest
+from PIL import Image
+from report_fixtures import whole_report
+
+from followspot import cli
+from followspot.errors import UsageError
+from followspot.passes.frame import PASSES
+from followspot.present.film import FilmWish
+from followspot.present.renderer import Renderer
+from followspot.present.report.film_step import FilmStep
+from followspot.present.report.material import Material
+from followspot.present.report.page import Failure, page
+from followspot.present.report.run import run
+from followspot.present.report.section import Section
+from followspot.present.report.stage_numbers import measure
+from followspot.present.report.steps import Step, all_steps
+from followspot.present.still import Wish
+from followspot.scene.load import load
+from followspot.scene.scene import Scene
+from synthetic import DIM, SIZE, WHITE_SKY, camera, floor, looking, make_scene, point, quad, spot
+
+WISH = Wish(size="64x36")
+REFERENCES = ("src", "href", "poster", "srcset", "data", "action", "formaction", "background")
+
+
+def parsed(html: str) -> Element:
+    """The document's elements, without namespaces; any error in the HTML fails."""
+    parser = html5lib.HTMLParser(html5lib.treebuilders.getTreeBuilder("etree"), strict=True)
+    document: Element = parser.parse(html)
+    for element in document.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.rpartition("}")[2]
+    return document
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return whole_report(tmp_path_factory.getbasetemp())
+
+
+@pytest.fixture(scope="module")
+def document(report: Path) -> Element:
+    return parsed((report / "index.html").read_text(encoding="utf-8"))
+
+
+def references(document: Element) -> Iterator[str]:
+    for element in document.iter():
+        for name, value in element.attrib.items():
+            if name.rpartition("}")[2] in REFERENCES:
+                yield value
+
+
+# ---- the page
+
+
+@pytest.mark.gl
+def test_nothing_is_fetched_from_elsewhere(report: Path, document: Element) -> None:
+    """Every reference is a file of the report, a place in the page, or data; every file is used."""
+    ids = [element.attrib["id"] for element in document.iter() if "id" in element.attrib]
+    assert len(ids) == len(set(ids))
+    used = {"index.html", "report.json"}
+    for value in references(document):
+        url = urlsplit(value)
+        assert url.scheme in ("", "data") and not url.netloc and not url.query, value
+        if url.scheme == "" and url.path:
+            used.add(url.path)
+        if url.fragment:
+            assert not url.path and url.fragment in ids
+    assert used == {path.name for path in report.iterdir()}
+    text = (report / "index.html").read_text(encoding="utf-8")
+    for name in ("http://www.w3.org/2000/svg", "http://www.w3.org/1998/Math/MathML"):
+        text = text.replace(f'xmlns="{name}"', "")
+    assert "http:" not in text and "https:" not in text and "@import" not in text
+    assert "url(" not in text
+
+
+@pytest.mark.gl
+def test_every_picture_is_there_and_told_of(report: Path, document: Element) -> None:
+    pictures = list(document.iter("img"))
+    assert len(pictures) > 10
+    for picture in pictures:
+        assert len(picture.attrib["alt"]) > 7 or picture.attrib["alt"].startswith("All ")
+        with Image.open(report / picture.attrib["src"]) as image:
+            size = int(picture.attrib["width"]), int(picture.attrib["height"])
+            assert image.size == size
+    charts = document.findall(".//figure/svg")
+    assert len(charts) == 2
+    for chart in charts:
+        assert chart.attrib["role"] == "img" and chart.findtext("title")
+
+
+@pytest.mark.gl
+def test_landmarks_and_headings(document: Element) -> None:
+    assert document.find(".").attrib["lang"] == "en"  # type: ignore[union-attr]
+    for landmark in ("header", "nav", "main", "footer", "h1"):
+        assert len(list(document.iter(landmark))) == 1, landmark
+    levels = [int(e.tag[1]) for e in document.iter() if e.tag in ("h1", "h2", "h3", "h4")]
+    assert levels[0] == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+    sections = {e.attrib["id"]: e.attrib["aria-labelledby"] for e in document.iter("section")}
+    headings = {e.attrib["id"]: "".join(e.itertext()) for e in document.iter("h2")}
+    links = [e for e in document.iter("a") if e.attrib["href"].startswith("#")]
+    assert [link.attrib["href"][1:] for link in links] == list(sections)
+    assert list(sections) == ["film", "making", "stages", "frame-time", "answer"]
+    for link in links:
+        assert headings[sections[link.attrib["href"][1:]]] == "".join(link.itertext())
+    assert "An answer with <brackets> & more" in headings.values()
+
+
+@pytest.mark.gl
+def test_one_viewpoint_and_shape(report: Path) -> None:
+    """All stages have one aspect, and are different pictures of the same place."""
+    names = ("normals", "lambertian", "shading", "light", "environment", "shadows", "bounds")
+    pictures = [np.asarray(Image.open(report / f"stage-{name}.jpg")) for name in names]
+    assert {picture.shape for picture in pictures} == {(216, 384, 3)}
+    stacked = np.array(pictures, np.float64)
+    for k in range(len(names)):
+        others = np.delete(np.arange(len(names)), k)
+        assert np.abs(stacked[others] - stacked[k]).mean(axis=(1, 2, 3)).min() > 1, names[k]
+    title = np.asarray(Image.open(report / "title.jpg"))
+    assert np.array_equal(title, pictures[names.index("shadows")])
+
+
+@pytest.mark.gl
+def test_the_figures(report: Path) -> None:
+    told = json.loads((report / "report.json").read_text())
+    assert told["files"] == sorted(path.name for path in report.iterdir())
+    assert told["scene"] == "courtyard" and told["size"] == [192, 108] and told["failed"] == {}
+    courtyard = load("courtyard")
+    assert told["camera"] == pytest.approx([*courtyard.camera().position, 36, -5, 80])
+    stages = told["figures"]["stages"]
+    assert stages["normal_length_error"] < 1e-6 and stages["product_error"] < 5e-6
+    assert 0 < stages["albedo_mean"] < stages["albedo_largest"] <= 1
+    assert stages["product_share"] > 0.9
+    times = told["figures"]["frame-time"]
+    assert 0 < times["median_ms"] <= times["p95_ms"]
+    assert all(times[f"{which}{name}_ms"] > 0 for name in PASSES for which in ("", "redrawn_"))
+    assert times["redrawn_shadow_ms"] > times["shadow_ms"]
+    assert told["figures"]["film"]["frames"] == 30
+    assert told["figures"]["film"]["bytes"] == (report / "film.mp4").stat().st_size
+    assert told["figures"]["answer"] == {"number": 0.25}
+    assert told["figures"]["making"]["lines_of_Python"] > 10_000
+
+
+def test_text_is_escaped_and_markup_is_not() -> None:
+    failure = Failure("b", "T & U", "expected <x>, found 'y'")
+    html = page(
+        failure, [Section("a", "<i>", "<p>1 &lt; 2</p>"), failure], "<script>alert(1)</script>"
+    )
+    document = parsed(html)
+    assert [e.text for e in document.iter("h1")] == ["<script>alert(1)</script>"]
+    assert len(list(document.iter("script"))) == 1
+    assert [e.text for e in document.iter("h2")] == ["<i>", "T & U"]
+    assert "1 < 2" in "".join(document.itertext())
+    assert "".join(document.itertext()).count("expected <x>, found 'y'") == 2
+
+
+@pytest.mark.gl
+@pytest.mark.openarena
+def test_a_level_without_paths(tmp_path: Path) -> None:
+    """Its film flies where `auto` finds a way."""
+    folder = tmp_path / "report"
+    film_wish = FilmWish(seconds=0.2)
+    steps = [step for step in all_steps(WISH, film_wish) if step.anchor in ("title", "film")]
+    assert run("oa_dm5", folder, WISH, film_wish, steps) == 0
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    parsed(text)
+    assert "The way was found in the level" in text
+    with av.open(str(folder / "film.mp4")) as container:
+        frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+    assert len(frames) == 6 and frames[0].std() > 5
+
+
+# ---- what is measured
+
+
+def material(renderer: Renderer, scene: Scene, **where: Any) -> Material:
+    view = where.get("view") or looking((-300, 0, 200), (0, 0, 0))
+    return Material("synthetic", scene, view, SIZE, (), renderer, Path("nowhere"), lambda *_: None)
+
+
+@pytest.mark.gl
+def test_a_roof_takes_all_the_light(renderer: Renderer) -> None:
+    """A floor under a large roof, looked at from between: nothing of the lamp arrives."""
+    lamp = spot((0, 0, 900), (0, 0, 0), 60, 900)
+    roof = [quad((0, 0, z), (3000, 0, 0), (0, turn * 3000, 0)) for z, turn in ((500, -1), (510, 1))]
+    below = looking((-300, 0, 200), (0, 0, 0), 60)
+    numbers = measure(material(renderer, make_scene([floor(), *roof], lamp), view=below))
+    assert numbers.shadowed_share == pytest.approx(1, abs=1e-6)
+    open_air = measure(material(renderer, make_scene([floor()], lamp), view=below))
+    assert open_air.shadowed_share == pytest.approx(0, abs=1e-6)
+    assert open_air.unlit_share < numbers.unlit_share + 1e-9
+
+
+@pytest.mark.gl
+def test_where_light_comes_from(renderer: Renderer) -> None:
+    """All of it from the sky, or none; a floor lit from below is lit by nothing."""
+    sky = measure(material(renderer, make_scene([floor()], sky=WHITE_SKY)))
+    assert sky.environment_share == 1 and sky.unlit_share == 1
+    lamp = make_scene([floor()], point((0, 0, 300)), settings=DIM)
+    assert measure(material(renderer, lamp)).environment_share == 0
+    assert measure(material(renderer, lamp)).unlit_share == 0
+    below = make_scene([floor()], point((0, 0, -300)), settings=DIM)
+    assert measure(material(renderer, below)).unlit_share == 1
+    numbers = measure(material(renderer, lamp))
+    assert numbers.albedo_mean == numbers.albedo_largest == 1
+    assert numbers.product_share == 1 and numbers.product_error < 1e-6
+    nothing = measure(material(renderer, lamp, view=camera((0, 0, 100), pitch=-60)))
+    assert nothing.albedo_largest == nothing.unlit_share == 0
+
+
+# ---- failing steps, and folders
+
+
+def section_of(html: str) -> Step:
+    return Step("fine", "Fine", lambda _: Section("fine", "Fine", html))
+
+
+def failing(error: BaseException) -> Step:
+    def make(_: Material) -> Section:
+        raise error
+
+    return Step("broken", "Broken", make)
+
+
+FINE = section_of("<p>still here</p>")
+TITLE = Step("title", "Title", lambda _: Section("title", "Title", "", files={"a.jpg": b"x"}))
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (UsageError("no lamp <here>"), "no lamp <here>"),
+        (ZeroDivisionError("by zero"), "ZeroDivisionError: by zero"),
+    ],
+)
+def test_a_step_that_fails_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], error: Exception, told: str
+) -> None:
+    folder = tmp_path / "report"
+    assert run("courtyard", folder, WISH, None, [TITLE, failing(error), FINE]) == 1
+    document = parsed((folder / "index.html").read_text(encoding="utf-8"))
+    text = " ".join("".join(document.itertext()).split())
+    assert told in text and "still here" in text and "Broken (failed)" in text
+    assert "Not all of this report could be made. What failed: Broken." in text
+    assert json.loads((folder / "report.json").read_text())["failed"] == {"broken": told}
+    out = capsys.readouterr().err
+    assert f"Broken: failed: {told}" in out
+    assert ("Traceback" in out) == isinstance(error, ZeroDivisionError)
+
+
+@pytest.mark.gl
+def test_two_steps_with_one_file_do_not_go_unnoticed(tmp_path: Path) -> None:
+    same = Step("b", "B", lambda _: Section("b", "B", "", files={"a.jpg": b"y"}))
+    assert run("courtyard", tmp_path / "report", WISH, None, [TITLE, same]) == 1
+    assert (tmp_path / "report" / "a.jpg").read_bytes() == b"x"
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_leaves_the_report_before(tmp_path: Path, number: int) -> None:
+    folder = tmp_path / "deep" / "report"
+    assert run("courtyard", folder, WISH, None, [TITLE, FINE]) == 0
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    def make(material: Material) -> Section:
+        (material.folder / "half").write_bytes(b"half")
+        os.kill(os.getpid(), number)
+        raise AssertionError("went on")
+
+    with pytest.raises(KeyboardInterrupt):
+        run("courtyard", folder, WISH, None, [TITLE, Step("stop", "Stop", make)])
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert list(folder.parent.iterdir()) == [folder]
+    assert run("courtyard", folder, WISH, None, [FINE]) == 0
+    assert sorted(path.name for path in folder.iterdir()) == ["index.html", "report.json"]
+
+
+@pytest.mark.gl
+def test_an_interrupt_ends_the_film_too(tmp_path: Path) -> None:
+    shares: list[float] = []
+
+    def stop(share: float, _: str) -> None:
+        shares.append(share)
+        if len(shares) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    scene = load("courtyard")
+    with Renderer((64, 36)) as renderer, pytest.raises(KeyboardInterrupt):
+        own = Material("courtyard", scene, scene.camera(), (64, 36), (), renderer, tmp_path, stop)
+        FilmStep(WISH, FilmWish(seconds=10))(own)
+    assert len(shares) < 10
+
+
+@pytest.mark.parametrize("kind", ["file", "link", "notes", "bad json", "nameless"])
+def test_folders_that_are_no_reports_are_left_alone(tmp_path: Path, kind: str) -> None:
+    folder = tmp_path / "precious"
+    if kind == "file":
+        folder.write_text("mine")
+    elif kind == "link":
+        (tmp_path / "elsewhere").mkdir()
+        folder.symlink_to(tmp_path / "elsewhere")
+    elif kind != "nameless":
+        folder.mkdir()
+        listed = '{"files": 3}' if kind == "bad json" else '{"files": ["report.json"]}'
+        (folder / "report.json").write_text(listed)
+        (folder / "notes.txt").write_text("mine")
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(UsageError, match=r"report|anew"):
+        run("courtyard", Path("/") if kind == "nameless" else folder, WISH, None, [FINE])
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.gl
+def test_an_empty_folder_will_do(tmp_path: Path) -> None:
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    assert run("courtyard", folder, WISH, None, [FINE]) == 0
+    assert (folder / "index.html").exists()
+
+
+# ---- the command
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--path", "nowhere"), "no path is named"),
+        (("--camera", "roof"), "no camera is named"),
+        (("--size", "big"), "WIDTHxHEIGHT"),
+    ],
+)
+def test_mistakes_are_told_before_anything_is_made(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    options: tuple[str, ...],
+    told: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["followspot", "report", "courtyard", "-o", "r", *options])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert caught.value.code == 2
+    error = capsys.readouterr().err
+    assert told in error and error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_steps_and_the_film() -> None:
+    """Without a film there is no such step; with one, its size is even whatever is asked for."""
+    assert [step.anchor for step in all_steps(WISH, None)] == [
+        "title", "stages", "frame-time", "environment", "bias", "lights", "interpolation",
+    ]  # fmt: skip
+    film = all_steps(replace(WISH, size="65x37"), FilmWish())[1]
+    assert isinstance(film.make, FilmStep) and film.make.wish.size == "66x38"
