@@ -12,13 +12,14 @@ OPENARENA := openarena-081-maps openarena-081-textures openarena-085-data openar
 .PHONY: help demo test clean
 
 help:
-	@echo 'make demo    set up what is missing and draw the built-in scene into out/demo/'
+	@echo 'make demo    set up what is missing and show the built-in scene in out/demo/'
 	@echo 'make test    set up what is missing and run all checks and tests'
 	@echo 'make clean   remove all that these make, .venv included'
 
 demo: .venv/ready
-	$(BIN)/followspot figures courtyard -o out/demo
 	$(BIN)/followspot render courtyard --camera title --size 1280x720 -o out/demo/title.png
+	$(BIN)/followspot report robots --size 640x480 --max-bytes 2000000 --jobs 2 -o out/demo/report
+	@echo 'Look at out/demo/title.png, out/demo/report/film.mp4 and out/demo/report/index.html'
 
 # Cheap checks first. CI leaves nothing out: there the tests on OpenArena's levels fail without it.
 test: .venv/ready-dev

@@ -102,6 +102,10 @@ SecondsOption = Annotated[
     float | None,
     typer.Option("--seconds", help="Length of the film, by default the path's own (auto: 20)."),
 ]
+MaxBytesOption = Annotated[
+    int | None,
+    typer.Option("--max-bytes", min=1, help="Largest film allowed; quality drops to fit."),
+]
 JobsOption = Annotated[int, typer.Option("--jobs", min=1, help="Processes that draw the film.")]
 AnimationOption = Annotated[
     str | None,
@@ -348,10 +352,7 @@ def film(
     size: SizeOption = "640x480",
     fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 30,
     seconds: SecondsOption = None,
-    max_bytes: Annotated[
-        int | None,
-        typer.Option("--max-bytes", min=1, help="Largest file allowed; quality drops to fit."),
-    ] = None,
+    max_bytes: MaxBytesOption = None,
     view: Annotated[
         str, typer.Option("--view", help="What it shows, as for render, but for shadow-map.")
     ] = "final",
@@ -416,6 +417,7 @@ def report(
     film: Annotated[bool, typer.Option("--film/--no-film", help="Whether there is a film.")] = True,
     path: PathOption = None,
     seconds: SecondsOption = None,
+    max_bytes: MaxBytesOption = None,
     jobs: JobsOption = 1,
     light: LightOption = None,
     assets: AssetsOption = None,
@@ -442,7 +444,7 @@ def report(
         assets=assets or (),
         settings=set_ or (),
     )
-    film_wish = FilmWish(path=path, seconds=seconds, jobs=jobs) if film else None
+    film_wish = FilmWish(path, seconds, max_bytes=max_bytes, jobs=jobs) if film else None
     raise typer.Exit(report_.run(scene, output, wish, film_wish))
 
 

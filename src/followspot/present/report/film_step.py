@@ -42,7 +42,8 @@ class FilmStep:
         with Interrupt() as interrupt:
             jobs = self.film_wish.jobs
             drawn = film.draw_frames(material.name, scene, self.wish, planned, jobs, interrupt)
-            written = film.write(to, watched(drawn), planned, None, interrupt)
+            limit = self.film_wish.max_bytes
+            written = film.write(to, watched(drawn), planned, limit, interrupt)
         if interrupt.signal is not None:
             raise KeyboardInterrupt
         figures = {"frames": written.frames, "bytes": written.bytes, "seconds": _seconds(planned)}

@@ -1,0 +1,54 @@
+"""The picture in the window, drawn by the renderer as the state says."""
+
+from dataclasses import replace
+
+from followspot.gpu.targets import Part
+from followspot.passes.frame import FrameInput, FrameReport
+from followspot.passes.view import View
+from followspot.present.renderer import Renderer
+from followspot.present.viewer.state import Look, State
+
+
+def prepared(renderer: Renderer, state: State) -> State:
+    """Have the scene uploaded, if it is another one, and the exposure measured, if that is needed.
+
+    Raises:
+        AssetError, UsageError: it cannot be drawn.
+    """
+    renderer.open(state.scene)
+    shows_light = any(look.view.is_light for look in state.looks)
+    if not shows_light or state.settings.exposure or state.measured_exposure:
+        return state
+    settings = state.look.settings(state.settings)
+    exposure = renderer.exposure(state.lit, state.camera, settings, time=state.time)
+    return replace(state, measured_exposure=exposure)
+
+
+def draw(renderer: Renderer, state: State) -> FrameReport:
+    """Draw the scene, or its two halves, into the renderer's target; tells of the left one.
+
+    Raises:
+        UsageError: there are more lights, or larger shadow maps, than can be drawn.
+    """
+    parts = halves(state, renderer.size)
+    reports = [
+        renderer.draw(_frame(state, look), part=part)
+        for look, part in zip(state.looks, parts, strict=True)
+    ]
+    return reports[0]
+
+
+def _frame(state: State, look: Look) -> FrameInput:
+    """What the pipeline is to draw; the shadow map itself is laid over its picture of shadows."""
+    frame = state.frame(look)
+    is_map = look.view is View.SHADOW_MAP
+    return replace(frame, view=View.SHADOW) if is_map else frame
+
+
+def halves(state: State, size: tuple[int, int]) -> tuple[Part | None, ...]:
+    """What of the picture each look covers; no part is all of it."""
+    if state.right is None:
+        return (None,)
+    width, height = size
+    middle = round(state.divider * width)
+    return (0, 0, middle, height), (middle, 0, width - middle, height)

@@ -1,0 +1,57 @@
+"""What can be done to a state's lamps."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from followspot.gpu.blocks import MAX_LIGHTS, MAX_SHADOWS
+from followspot.present.viewer.state import Lamp, State
+from followspot.scene.key_light import IRRADIANCE
+from followspot.scene.light import Light, PointLight, SpotLight
+
+NEW_HALF_ANGLE = math.radians(30)
+NEW_REACH = 300.0
+"""Units at which a new light is as bright as one that the program chooses."""
+
+
+def added(state: State) -> State:
+    """A spot light where the camera is, shining where it looks, selected."""
+    if len(state.lamps) >= MAX_LIGHTS:
+        return replace(state, notice=f"There can be {MAX_LIGHTS} lights.")
+    camera = state.camera
+    light = SpotLight(
+        camera.position,
+        camera.forward,
+        NEW_HALF_ANGLE,
+        np.ones(3),
+        softness=0.2,
+        casts_shadow=may_cast(state),
+        name=_free_name(state),
+    )
+    distance = NEW_REACH * state.scene.metres_per_unit
+    light = replace(light, power=light.power * (IRRADIANCE * distance**2 / light.intensity[0]))
+    return replace(state, lamps=(*state.lamps, Lamp(light)), selected=len(state.lamps))
+
+
+def removed(state: State, number: int) -> State:
+    """One lamp less; none is selected then."""
+    return replace(state, lamps=state.lamps[:number] + state.lamps[number + 1 :], selected=None)
+
+
+def may_cast(state: State) -> bool:
+    """Whether one more light may have a shadow map."""
+    casting = [lamp for lamp in state.lamps if getattr(lamp.light, "casts_shadow", False)]
+    return len(casting) < MAX_SHADOWS
+
+
+def at_eye(state: State, light: Light) -> Light:
+    """The light where the camera is, shining where it looks."""
+    if isinstance(light, PointLight):
+        return replace(light, position=state.camera.position)
+    return replace(light, position=state.camera.position, direction=state.camera.forward)
+
+
+def _free_name(state: State) -> str:
+    names = {lamp.light.name for lamp in state.lamps}
+    return next(name for n in range(1, MAX_LIGHTS + 2) if (name := f"light {n}") not in names)

@@ -1,0 +1,221 @@
+"""What a person has chosen in the window, and what was seen of the last frames: plain data."""
+
+import enum
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+import moderngl
+import msgspec
+
+from followspot.passes import lighting
+from followspot.passes.frame import FrameInput, FrameReport
+from followspot.passes.overlay import Overlay
+from followspot.passes.view import View
+from followspot.present.viewer.flight import Flight
+from followspot.present.viewer.history import History
+from followspot.scene.camera import Camera
+from followspot.scene.light import Light
+from followspot.scene.scene import Scene
+from followspot.scene.settings import Settings
+
+PLAIN_ALBEDO = 0.5
+"""What everything reflects where textures are off."""
+
+
+class Mouse(enum.Enum):
+    """What moving the mouse does."""
+
+    POINTS = "points"
+    LOOKS_WHILE_HELD = "looks while held"
+    LOOKS = "looks"
+
+
+class Tool(enum.Enum):
+    """What dragging a light's gizmo does."""
+
+    MOVE = "move"
+    TURN = "turn"
+
+
+@dataclass(frozen=True)
+class Look:
+    """How one half of a split picture differs from what the settings say.
+
+    Attributes:
+        view: The stage that it shows.
+        shadows: Whether lights are tested against their shadow maps.
+        sky_light: Whether the environment lights surfaces.
+        textures: Whether surfaces have them; else they reflect `PLAIN_ALBEDO`.
+    """
+
+    view: View = View.FINAL
+    shadows: bool = True
+    sky_light: bool = True
+    textures: bool = True
+
+    def settings(self, common: Settings) -> Settings:
+        """The settings with this look's own switches."""
+        plain = PLAIN_ALBEDO if common.albedo is None else common.albedo
+        albedo = None if self.textures else plain
+        return msgspec.structs.replace(
+            common, shadows=self.shadows, sky_light=self.sky_light, albedo=albedo
+        )
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A light that can be switched off and is still there."""
+
+    light: Light
+    is_on: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """All that keys, mouse and panels choose. They give back a new one; nothing else changes it.
+
+    Attributes:
+        scene: As it was opened.
+        settings: The scene's, as changed since.
+        lamps: The scene's lights, as changed since.
+        flight: The camera.
+        look: What is shown; with a split, in its left half.
+        right: What the right half shows; none is no split.
+        divider: Share of the width that is left of the split.
+        overlays: Lines drawn over the picture.
+        culled_from: A camera that decides in place of the flying one what is drawn.
+        measured_exposure: What suited the view when it was measured last; holds while the
+            settings give none.
+        time: Seconds by which characters move.
+        runs: Whether that time goes on.
+        selected: Number of the lamp that is being edited.
+        tool: What its gizmo does.
+        frame_limit: Frames a second at most.
+        panels: Whether the panels are there.
+        mouse: What moving it does.
+        assets: Game folders and pk3 files that levels are looked for in first.
+        wanted: Name of a level or scene to open next.
+        search: Typed over the list of levels.
+        notice: One line for the person: what went wrong, or what was done.
+    """
+
+    scene: Scene
+    settings: Settings
+    lamps: tuple[Lamp, ...]
+    flight: Flight
+    look: Look = Look()
+    right: Look | None = None
+    divider: float = 0.5
+    overlays: frozenset[Overlay] = frozenset()
+    culled_from: Camera | None = None
+    measured_exposure: float | None = None
+    time: float = 0.0
+    runs: bool = True
+    selected: int | None = None
+    tool: Tool = Tool.MOVE
+    frame_limit: int = 60
+    panels: bool = True
+    mouse: Mouse = Mouse.POINTS
+    assets: tuple[Path, ...] = ()
+    wanted: str | None = None
+    search: str = ""
+    notice: str = ""
+
+    @classmethod
+    def of(cls, scene: Scene, camera: Camera) -> Self:
+        """What a scene starts with."""
+        look = Look(
+            shadows=scene.settings.shadows,
+            sky_light=scene.settings.sky_light,
+            textures=scene.settings.albedo is None,
+        )
+        lamps = tuple(Lamp(light) for light in scene.lights)
+        return cls(scene, scene.settings, lamps, Flight(camera).at(camera), look)
+
+    def opened(self, scene: Scene) -> "State":
+        """Another scene from its first view on, looked at as this one is."""
+        new = State.of(scene, scene.camera())
+        return replace(
+            self,
+            scene=scene,
+            settings=new.settings,
+            lamps=new.lamps,
+            flight=replace(new.flight, speed=self.flight.speed),
+            culled_from=None,
+            measured_exposure=None,
+            time=0.0,
+            selected=None,
+            wanted=None,
+            notice="",
+        )
+
+    def jumped(self, camera: Camera) -> "State":
+        """The camera elsewhere; the exposure is measured anew there."""
+        return replace(self, flight=self.flight.at(camera), measured_exposure=None)
+
+    def with_lamp(self, number: int, lamp: Lamp) -> "State":
+        """One lamp in place of another."""
+        return replace(self, lamps=(*self.lamps[:number], lamp, *self.lamps[number + 1 :]))
+
+    def with_settings(self, **changes: object) -> "State":
+        """Some settings changed."""
+        return replace(self, settings=msgspec.structs.replace(self.settings, **changes))
+
+    @property
+    def looks(self) -> tuple[Look, ...]:
+        """What the picture or its halves show, from left to right."""
+        return (self.look,) if self.right is None else (self.look, self.right)
+
+    @property
+    def camera(self) -> Camera:
+        """Where the picture is taken from."""
+        return self.flight.camera
+
+    @property
+    def exposure(self) -> float:
+        """Display value per radiance."""
+        return self.settings.exposure or self.measured_exposure or 1.0
+
+    @property
+    def lit(self) -> Scene:
+        """The scene under the lamps that are on."""
+        return replace(
+            self.scene,
+            lights=tuple(lamp.light for lamp in self.lamps if lamp.is_on),
+            settings=self.settings,
+        )
+
+    def frame(self, look: Look) -> FrameInput:
+        """What the pipeline is to draw for one look."""
+        scene = self.lit
+        return FrameInput(
+            scene=scene,
+            camera=self.camera,
+            lights=lighting.in_order(scene.lights),
+            settings=look.settings(self.settings),
+            exposure=self.exposure,
+            view=look.view,
+            time=self.time,
+            overlays=self.overlays,
+            culled_from=self.culled_from,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What the last frames were like.
+
+    Attributes:
+        size: (width, height) of the picture in pixels.
+        report: Of the last frame; with a split, of its left half.
+        history: Times of the frames before it.
+        levels: All levels and scenes that can be opened by name.
+        shadow_map: Of the key light, as greys; while it is looked at and there is one.
+    """
+
+    size: tuple[int, int]
+    report: FrameReport
+    history: History
+    levels: tuple[str, ...]
+    shadow_map: moderngl.Texture | None

@@ -1,0 +1,199 @@
+"""The window: ImGui's loop, and in it controls, picture and panels, in this order."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+
+from imgui_bundle import hello_imgui, imgui, implot
+from imgui_bundle.imguizmo import im_guizmo
+
+from followspot.assets.locate import list_levels
+from followspot.errors import ContextError, FollowspotError
+from followspot.gpu.context import has_display, is_software, window_context
+from followspot.gpu.timers import FrameTimer
+from followspot.passes.view import View
+from followspot.present import arguments
+from followspot.present.renderer import Renderer
+from followspot.present.still import Wish, open_scene
+from followspot.present.viewer import canvas, controls, handles, layout
+from followspot.present.viewer.history import History
+from followspot.present.viewer.layout import Panel
+from followspot.present.viewer.pointer import Pointer
+from followspot.present.viewer.state import Lamp, Mouse, Seen, State
+from followspot.scene.load import builtin_scenes
+from followspot.scene.scene import Scene
+
+
+def run(name: str, wish: Wish) -> None:
+    """Open a window on a scene and fly through it until it is closed.
+
+    Raises:
+        AssetError: the scene cannot be opened.
+        ContextError: no window can be opened.
+        UsageError: something in the wish makes no sense.
+    """
+    if not has_display():
+        raise ContextError(
+            "there is no display to open a window on; `followspot render` and `followspot film` "
+            "draw without one"
+        )
+    Viewer(start(name, wish), arguments.parse_size(wish.size)).run()
+
+
+def start(name: str, wish: Wish) -> State:
+    """The state that a wish asks for; its scene is as its file says."""
+    plain = replace(wish, settings=(), albedo=None, shadows=True, sky_light=True)
+    scene, camera = open_scene(name, replace(plain, lights=()))
+    settings = arguments.parse_settings(
+        scene, wish.settings, albedo=wish.albedo, shadows=wish.shadows, sky_light=wish.sky_light
+    )
+    state = State.of(replace(scene, settings=settings), camera)
+    lights = [arguments.parse_light(text) for text in wish.lights]
+    return replace(
+        state,
+        scene=scene,
+        lamps=tuple(Lamp(light) for light in lights) or state.lamps,
+        assets=tuple(wish.assets),
+        time=wish.time,
+    )
+
+
+class Viewer:
+    """One window.
+
+    Attributes:
+        state: What a person has chosen so far.
+        params: Hello ImGui's; its ``app_shall_exit`` ends the loop.
+        renderer: Draws in the window's context, while there is one.
+        on_frame: Called at the end of each frame, before that is shown.
+
+    Args:
+        state: What it starts with.
+        size: (width, height) of the window.
+    """
+
+    renderer: Renderer
+
+    def __init__(self, state: State, size: tuple[int, int]) -> None:
+        self.state = state
+        self.on_frame: Callable[[], None] = lambda: None
+        self._size = size
+        self.params = layout.runner_params(size, self._show_panel)
+        self._history = History()
+        self._drawn: State | None = None
+        self._seen: Seen | None = None
+        self._opening: str | None = None
+        self._began = self._ended = time.perf_counter()
+
+    def run(self) -> None:
+        """Show the window until it is closed.
+
+        Raises:
+            ContextError: no window can be opened.
+        """
+        calls = self.params.callbacks
+        calls.pre_new_frame = self._begin
+        calls.custom_background = self._draw
+        calls.show_gui = self._show_handles
+        calls.show_status = self._show_status
+        calls.before_swap = self._end
+        calls.after_swap = self._open_wanted
+        try:
+            hello_imgui.manual_render.setup_from_runner_params(self.params)
+        except RuntimeError as error:
+            raise ContextError(f"no window can be opened: {error}") from None
+        implot.create_context()
+        context = window_context()
+        with Renderer(self._size, context) as self.renderer:
+            self._pointer = Pointer()
+            self._timer = FrameTimer(context, waits=is_software(self.renderer.gl_renderer))
+            while not self.params.app_shall_exit:
+                hello_imgui.manual_render.render()
+        implot.destroy_context()
+        hello_imgui.manual_render.tear_down()
+
+    def _begin(self) -> None:
+        layout.show_bars(self.params, are_shown=self.state.panels)
+        self.params.fps_idling.fps_max = self.state.frame_limit
+
+    def _draw(self) -> None:
+        """Apply keys and mouse, and draw what comes of it behind all panels."""
+        self._began = time.perf_counter()
+        im_guizmo.begin_frame()
+        self.state = controls.apply(self.state)
+        self._pointer.catch(is_caught=self.state.mouse is not Mouse.POINTS)
+        size = _framebuffer_size()
+        if min(size) < 1:  # minimised
+            return
+        self.renderer.resize(size)
+        try:
+            self.state = canvas.prepared(self.renderer, self.state)
+            with self._timer.frame():
+                report = canvas.draw(self.renderer, self.state)
+        except FollowspotError as error:  # go back to what could be drawn
+            if self._drawn is None:
+                raise
+            self.state = replace(self._drawn, wanted=None, notice=str(error))
+            return
+        self._drawn = self.state
+        is_wanted = any(look.view is View.SHADOW_MAP for look in self.state.looks)
+        shadow_map = self.renderer.shadow_map_texture() if is_wanted else None
+        self.renderer.target().show()
+        levels = _levels(self.state.scene)
+        self._seen = Seen(size, report, self._history, levels, shadow_map)
+
+    def _show_handles(self) -> None:
+        if self._seen is not None:
+            self.state = handles.show(self.state, self._seen)
+
+    def _show_panel(self, panel: Panel) -> None:
+        if self._seen is None or not self.state.panels:
+            return
+        window = self.params.docking_params.dockable_window_of_name(panel.name)
+        is_unfolded, is_open = imgui.begin(panel.name, True)
+        window.is_visible = bool(is_open)
+        if is_unfolded:
+            self.state = panel.show(self.state, self._seen)
+        imgui.end()
+
+    def _show_status(self) -> None:
+        imgui.text(f"{self.state.flight.speed:.0f} units/s    {self.state.notice}")
+
+    def _end(self) -> None:
+        now = time.perf_counter()
+        if self._seen is not None:
+            whole_ms, work_ms = ((now - since) * 1e3 for since in (self._ended, self._began))
+            cpu_ms = work_ms - self._timer.waited_ms
+            submit_ms = self._seen.report.submit_ms
+            self._history.add(whole_ms, cpu_ms, submit_ms, self._timer.ms)
+        self._ended = now
+        self.on_frame()
+
+    def _open_wanted(self) -> None:
+        """Open what the state wants, a frame after that has been announced."""
+        name = self.state.wanted
+        if name is None or name != self._opening:
+            self._opening = name
+            notice = self.state.notice if name is None else f"Opening {name} ..."
+            self.state = replace(self.state, notice=notice)
+            return
+        try:
+            scene, _ = open_scene(name, Wish(assets=self.state.assets))
+            self.state = self.state.opened(scene)
+        except FollowspotError as error:
+            self.state = replace(self.state, wanted=None, notice=str(error))
+
+
+@lru_cache(maxsize=1)
+def _levels(scene: Scene) -> tuple[str, ...]:
+    """All that can be opened by name, where this scene has been found."""
+    return tuple(sorted({*builtin_scenes(), *list_levels(scene.archive)}))
+
+
+def _framebuffer_size() -> tuple[int, int]:
+    """(width, height) of the window in pixels."""
+    io = imgui.get_io()
+    across, up = io.display_framebuffer_scale
+    width, height = io.display_size
+    return round(width * across), round(height * up)

@@ -1,0 +1,304 @@
+"""What somebody does in the window; run by `driver` in a process of its own."""
+
+import json
+import math
+import os
+import shlex
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from driver import Condition, Finger, Hands
+from gl_calls import live_objects
+from imgui_bundle import imgui
+from imgui_bundle.imguizmo import im_guizmo
+
+from followspot import spaces
+from followspot.passes.overlay import Overlay
+from followspot.passes.view import View
+from followspot.present.viewer import copying
+from followspot.present.viewer.state import Mouse, Tool
+from followspot.scene.light import PointLight, SpotLight
+from followspot.spaces import Vec3
+
+LARGE = {"panels", "switching"}
+"""Those that need larger panels."""
+
+
+def shows(view: View) -> Condition:
+    return lambda state: state.look.view is view
+
+
+def has_moved(start: Vec3, axis: Vec3) -> Condition:
+    return lambda state: (state.camera.position - start) @ axis > 20
+
+
+def has_size(hands: Hands, size: tuple[int, int]) -> Condition:
+    return lambda _: hands.viewer.renderer.size == size
+
+
+def is_open(name: str) -> Condition:
+    return lambda state: state.scene.name == name and not state.wanted
+
+
+def has_failed(reason: str) -> Condition:
+    return lambda state: not state.wanted and reason in state.notice
+
+
+def standing(hands: Hands) -> Iterator[None]:
+    """Nothing at all."""
+    yield from hands.frames(3)
+    assert hands.picture().std() > 10
+
+
+def flying(hands: Hands) -> Iterator[None]:
+    """Every way to move, with real keys and a real mouse."""
+    yield from hands.frames(3)
+    start = hands.state.camera
+    forward, left = start.forward, np.cross((0, 0, 1), start.forward)
+    for key, axis in (("w", forward), ("a", left), ("Down", -forward), ("space", (0, 0, 1))):
+        before = hands.state.camera.position
+        hands.xdotool("keydown", key)
+        yield from hands.until(has_moved(before, np.asarray(axis)))
+        hands.xdotool("keyup", key)
+        yield from hands.until(lambda state: not state.flight.velocity.any())
+        moved = hands.state.camera.position - before
+        across = np.linalg.norm(moved - (moved @ axis) * np.asarray(axis))
+        assert across < 0.02 * np.linalg.norm(moved) + 0.01, key
+    assert (hands.state.camera.yaw, hands.state.camera.pitch) == (start.yaw, start.pitch)
+
+    speed = hands.state.flight.speed
+    hands.xdotool("mousemove", 160, 120, "click", 4)
+    yield from hands.until(lambda state: state.flight.speed > speed)
+
+    yield from hands.press("Tab", lambda state: not state.panels)
+    hands.xdotool("mousedown", 3)
+    yield from hands.until(lambda state: state.mouse is Mouse.LOOKS_WHILE_HELD)
+    hands.xdotool("mousemove_relative", 100, 20)
+    yield from hands.until(lambda state: state.camera.yaw == start.yaw - 15)
+    assert hands.state.camera.pitch == start.pitch + 3
+    hands.xdotool("mouseup", 3)
+    yield from hands.until(lambda state: state.mouse is Mouse.POINTS)
+    hands.xdotool("mousemove_relative", 50, 0)
+    yield from hands.frames(10)
+    assert hands.state.camera.yaw == start.yaw - 15
+
+    yield from hands.press("m", lambda state: state.mouse is Mouse.LOOKS)
+    for _ in range(12):  # farther than to any edge of the screen
+        hands.xdotool("mousemove_relative", "--", -100, 0)
+        yield from hands.frames(4)
+    yield from hands.until(lambda state: math.isclose(state.camera.yaw, start.yaw - 15 + 180))
+    yield from hands.press("Escape", lambda state: state.mouse is Mouse.POINTS)
+
+
+def choosing(hands: Hands) -> Iterator[None]:
+    """Every key that chooses something, and what it makes of the picture."""
+    yield from hands.frames(3)
+    yield from hands.press("Tab", lambda state: not state.panels)
+    seen = set()
+    for number, view in reversed(list(enumerate(View, 1))):
+        yield from hands.press(str(number), shows(view))
+        yield from hands.frames(2)
+        seen.add(hands.picture().tobytes())
+    assert len(seen) == len(View)
+
+    yield from hands.press("v", lambda state: state.right is not None)
+    yield from hands.press("alt+8", lambda state: state.looks[1].view is View.DEPTH)
+    assert hands.state.look.view is View.FINAL
+    yield from hands.frames(2)
+    both = hands.picture()
+    yield from hands.press("v", lambda state: state.right is None)
+    yield from hands.frames(2)
+    final = hands.picture()
+    yield from hands.press("8", lambda state: state.look.view is View.DEPTH)
+    yield from hands.frames(2)
+    depth = hands.picture()
+    middle, edge = final.shape[1] // 2, 10  # the divider and its handle are drawn over it
+    assert np.array_equal(both[:, : middle - edge], final[:, : middle - edge])
+    assert np.array_equal(both[:, middle + edge :], depth[:, middle + edge :])
+
+    yield from hands.press("v", lambda state: state.right is not None)
+    hands.xdotool("mousemove", middle, 100)
+    yield from hands.frames(3)
+    hands.xdotool("mousedown", 1, "mousemove", middle + 80, 110)
+    yield from hands.until(lambda state: state.divider == (middle + 80) / final.shape[1])
+    hands.xdotool("mouseup", 1)
+    yield from hands.frames(2)
+    hands.xdotool("mousemove", 20, 20)
+    yield from hands.frames(3)
+    assert hands.state.divider == (middle + 80) / final.shape[1]
+
+    yield from hands.press("p", lambda state: not state.runs)
+    time = hands.state.time
+    yield from hands.frames(3)
+    assert hands.state.time == time > 0
+    yield from hands.press("g", lambda state: state.tool is Tool.TURN)
+    yield from hands.press("f", lambda state: state.culled_from is not None)
+    lights = len(hands.state.lamps)
+    yield from hands.press("l", lambda state: len(state.lamps) > lights)
+    new = hands.state.lamps[-1].light
+    assert isinstance(new, SpotLight)
+    assert np.array_equal(new.position, hands.state.camera.position)
+    assert np.allclose(new.direction, hands.state.camera.forward)
+
+
+def rendering(hands: Hands) -> Iterator[None]:
+    """Pictures of the window beside the commands that should draw the same."""
+    yield from hands.frames(3)
+    yield from hands.press("Tab", lambda state: not state.panels)
+    hands.xdotool("keydown", "w")
+    yield from hands.frames(5)
+    hands.xdotool("keyup", "w")
+    yield from hands.until(lambda state: not state.flight.velocity.any())
+    commands = {}
+    for key, view in (("2", View.NORMALS), ("5", View.DIRECT), ("1", View.FINAL)):
+        yield from hands.press(key, shows(view))
+        if view is View.DIRECT:
+            lamps = hands.state.lamps
+            sun = lamps[0].light
+            assert isinstance(sun, SpotLight)
+            sun = replace(sun, softness=0.0, power=sun.power / 2)
+            hands.viewer.state = hands.state.with_lamp(0, replace(lamps[0], light=sun))
+        yield from hands.frames(2)
+        np.save(f"{view}.npy", hands.picture())
+        assert not copying.untold(hands.state)
+        words = shlex.split(copying.as_command(hands.state, hands.viewer.renderer.size))
+        commands[view.value] = words
+    print(json.dumps(commands))
+
+
+def resizing(hands: Hands) -> Iterator[None]:
+    """Other sizes, out of sight and back, and closed in the end."""
+    yield from hands.frames(3)
+    (window,) = hands.windows()
+    for size in ((900, 500), (200, 600), (1, 1), (320, 240)):
+        hands.xdotool("windowsize", window, *size)
+        yield from hands.until(has_size(hands, size))
+        yield from hands.frames(2)
+    hands.xdotool("windowminimize", window, "windowunmap", window)
+    yield from hands.frames(5)
+    hands.xdotool("windowmap", window)
+    yield from hands.frames(5)
+    assert hands.picture().std() > 10
+    hands.ask_to_close(int(window))
+    yield from hands.frames(30)
+    raise AssertionError("it is still open")
+
+
+def panels(finger: Finger) -> None:
+    """Widgets of the panels, one after another."""
+    finger.click("//Stages/**/7 shadow")
+    assert finger.state.look.view is View.SHADOW
+    finger.click("//Stages/**/Shadows", "//Stages/boxes", "//Stages/scene", "//Stages/scene")
+    assert not finger.state.look.shadows
+    assert finger.state.overlays == {Overlay.BOXES}
+
+    finger.context.window_focus("//Lights")
+    finger.click("//Lights/Add (L)")
+    assert [lamp.light.name for lamp in finger.state.lamps] == ["sun", "torch", "light 1"]
+    finger.click("//Lights/Remove")
+    assert [lamp.light.name for lamp in finger.state.lamps] == ["sun", "torch"]
+    finger.click("//Lights/$$0/##on", "//Lights/$$1/###lamp", "//Lights/Here is my eye")
+    assert [lamp.is_on for lamp in finger.state.lamps] == [False, True]
+    torch = finger.state.lamps[1].light
+    assert isinstance(torch, PointLight)
+    assert np.array_equal(torch.position, finger.state.camera.position)
+    colour = torch.power / torch.power.max()
+    finger.context.item_input_value("//Lights/power", 75.0)
+    finger.wait(lambda state: state.lamps[1].light.power.max() == 75)
+    assert np.allclose(finger.state.lamps[1].light.power / 75, colour)
+
+    finger.context.window_focus("//Places")
+    finger.click("//Places/**/arcade")
+    assert finger.state.camera is finger.state.scene.cameras["arcade"]
+    finger.click("//Places/Copy as TOML")
+    assert imgui_clipboard(finger) == copying.as_toml(finger.state.camera)
+    finger.context.window_focus("//Frame")
+    finger.context.item_input_value("//Frame/frames\\/s at most", 144)
+    finger.wait(lambda state: state.frame_limit == 144)
+
+
+def imgui_clipboard(finger: Finger) -> str:
+    text: str = finger.in_frame(imgui.get_clipboard_text)
+    return text
+
+
+def dragging(finger: Finger) -> None:
+    """Lights by their gizmos: one moved, one turned."""
+    camera, context = finger.state.camera, finger.context
+    ahead = camera.position + camera.forward * 200
+    white = np.full(3, 50.0)
+    finger.put_light(PointLight(ahead, white))
+    middle = imgui.get_io().display_size.x / 2, imgui.get_io().display_size.y / 2
+    context.mouse_move_to_pos(middle)
+    context.mouse_drag_with_delta((30, 0))
+    context.yield_(2)
+    moved = finger.state.lamps[1].light.position - ahead
+    left = np.cross((0, 0, 1), camera.forward)
+    assert moved @ left < -5
+    assert np.linalg.norm(moved - (moved @ left) * left / (left @ left)) < 3
+
+    finger.put_light(SpotLight(ahead, spaces.vec3((0, 0, -1)), 0.5, white))
+    finger.viewer.state = replace(finger.state, tool=Tool.TURN)
+    for aside in range(10, 150, 4):
+        context.mouse_move_to_pos((middle[0] + aside, middle[1] + 5))
+        context.yield_()
+        if im_guizmo.is_over():
+            break
+    context.mouse_drag_with_delta((-3, 25))
+    context.yield_(2)
+    light = finger.state.lamps[1].light
+    assert isinstance(light, SpotLight)
+    assert np.allclose(light.position, ahead, atol=1e-3)
+    assert 0.3 < light.direction @ (0, 0, -1) < 0.99
+
+
+def switching(finger: Finger) -> None:
+    """Ten levels; and names that are none."""
+    context = finger.context
+
+    def open_by_name(name: str) -> None:
+        context.window_focus("//Level")
+        context.item_click("//Level/##search")
+        context.key_chars_replace_enter(name)
+
+    counts = []
+    for name in ("castle", "courtyard") * 5:
+        open_by_name(name)
+        finger.wait(is_open(name))
+        context.yield_(3)
+        assert finger.state.camera is finger.state.scene.camera()
+        counts.append(finger.in_frame(live_objects))
+    assert counts[2::2] == [counts[2]] * 4
+    assert counts[3::2] == [counts[3]] * 4
+
+    now = finger.state.scene
+    light = '[[lights]]\ntype = "point"\nposition = [0, 0, 0]\npower = 1\n'
+    Path("nine.toml").write_text('level = "courtyard"\n' + 9 * light)
+    wrong = {"no_such.toml": "a scene file", "zzzz": "none", "nine.toml": "at most 8 lights"}
+    for name, reason in wrong.items():
+        open_by_name(name)
+        finger.wait(has_failed(reason))
+        context.yield_(3)
+        assert finger.state.scene is now
+        assert finger.in_frame(live_objects) == counts[-1]
+
+
+def hiding(hands: Hands) -> Iterator[None]:
+    """A panel closed, all hidden; in that order."""
+    yield from hands.frames(5)
+    windows = hands.viewer.params.docking_params
+    closed = os.environ["WAS_CLOSED"] == "1"
+    assert windows.dockable_window_of_name("Keys").is_visible is not closed
+    windows.dockable_window_of_name("Keys").is_visible = False
+    yield from hands.frames(3)
+    shown = hands.picture()
+    yield from hands.press("Tab", lambda state: not state.panels)
+    yield from hands.frames(3)
+    hidden = hands.picture()
+    yield from hands.press("Tab", lambda state: state.panels)
+    yield from hands.frames(3)
+    assert np.abs(shown.astype(int) - hidden).mean() > 5
+    again = hands.picture()
+    assert np.abs(shown.astype(int) - again).mean() < 1  # the plot goes on
