@@ -50,7 +50,9 @@ def ply(
     of: Cube, image: str = "", colors: NDArray[np.uint8] | None = None, binary: bool = False
 ) -> bytes:
     """With normals and texture coordinates, or with colours and neither."""
-    columns = [of.positions] if colors is not None else [of.positions, of.normals, of.texcoords]
+    columns: list[NDArray[Any]] = [of.positions]
+    if colors is None:
+        columns += [of.normals, of.texcoords]
     names = ["x", "y", "z", *([] if colors is not None else ["nx", "ny", "nz", "s", "t"])]
     fields = [(name, "<f4") for name in names]
     header = ["ply", f"format {'binary_little_endian' if binary else 'ascii'} 1.0"]

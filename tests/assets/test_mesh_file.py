@@ -60,7 +60,9 @@ def corners(surface: MeshSurface) -> Any:
 
 
 WANTED = MeshSurface(
-    *(a.astype(np.float32) for a in CUBE[:3]),
+    CUBE.positions.astype(np.float32),
+    CUBE.normals.astype(np.float32),
+    CUBE.texcoords.astype(np.float32),
     None,
     CUBE.triangles[:, ::-1].ravel().astype(np.uint32),
     None,  # type: ignore[arg-type]
@@ -190,7 +192,7 @@ def test_looks_of_gltf() -> None:
     ]
     document.primitive["material"] = 0
     first = one(document.glb(), ".glb").look
-    assert first.color == (0.5, 0.25, 1, 0.5)
+    assert list(first.color) == [0.5, 0.25, 1, 0.5]
     assert first.image == "wood of oak.png"
     assert (first.cutoff, first.is_blended, first.is_two_sided, first.clamps) == (
         0.3,

@@ -372,7 +372,10 @@ def test_no_prop_of_a_level_is_hidden_from_whom_sees_its_place(folder: Path) -> 
     require_whole(joined)
     number = {tuple(f["mins"].tolist()): k for k, f in enumerate(joined.mesh.faces)}
     faces = [number[tuple(prop.bounds[0].tolist())] for prop in placed]
-    inside = [bsp_tree.point_leafs(level.bsp, rng.uniform(*p.bounds, (200, 3))) for p in placed]
+    inside = [
+        bsp_tree.point_leafs(level.bsp, rng.uniform(p.bounds[0], p.bounds[1], (200, 3)))
+        for p in placed
+    ]
     hidden = 0
     for eye in rng.uniform(mins, maxs, (400, 3)):
         seen = joined.visibility.faces_from(eye)[faces]

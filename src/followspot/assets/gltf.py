@@ -39,6 +39,7 @@ from followspot.assets.mesh_record import (
     PLAIN,
     Look,
     MeshFile,
+    MeshSurface,
     RawSurface,
     finish,
 )
@@ -119,7 +120,7 @@ class _Reader:
 
     def read(self) -> MeshFile:
         """All that the file's scene shows."""
-        surfaces = []
+        surfaces: list[MeshSurface] = []
         shown: dict[int, list[RawSurface]] = {}
         for mesh, matrix in self._placed_meshes():
             if mesh not in shown:
