@@ -373,8 +373,8 @@ def test_no_prop_of_a_level_is_hidden_from_whom_sees_its_place(folder: Path) -> 
     number = {tuple(f["mins"].tolist()): k for k, f in enumerate(joined.mesh.faces)}
     faces = [number[tuple(prop.bounds[0].tolist())] for prop in placed]
     inside = [
-        bsp_tree.point_leafs(level.bsp, rng.uniform(p.bounds[0], p.bounds[1], (200, 3)))
-        for p in placed
+        bsp_tree.point_leafs(level.bsp, rng.uniform(low, high, (200, 3)))
+        for low, high in (prop.bounds for prop in placed)
     ]
     hidden = 0
     for eye in rng.uniform(mins, maxs, (400, 3)):
