@@ -90,7 +90,5 @@ def mixed(a: Sequence[StaticPiece], b: Sequence[StaticPiece], share: float) -> l
 
 
 def with_characters(scene: Scene, *characters: Character) -> Scene:
-    """The scene with these characters in it, and the images that they wear."""
-    crowd = Crowd(characters)
-    images = (m.image for m in crowd.materials if m.image)
-    return replace(scene, crowd=crowd, images=tuple(dict.fromkeys((*scene.images, *images))))
+    """The scene with these characters in it."""
+    return replace(scene, crowd=Crowd(characters))

@@ -190,7 +190,6 @@ def make_scene(
         name="synthetic",
         archive=archive or Archive.open([]),
         level=Level(bsp, mesh, materials, visibility),
-        images=tuple(dict.fromkeys(m.image for m in materials if m.image)),
         sky=sky,
         lights=lights,
         **fields,

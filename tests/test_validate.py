@@ -16,7 +16,8 @@ from followspot.errors import UsageError
 from followspot.present.comparison import Validation, radiance_figures, visibility_figures
 from followspot.present.raytracer import RayTracer, load_mitsuba
 from followspot.present.renderer import Renderer
-from followspot.present.validate import measure, sky_irradiance
+from followspot.present.sky_irradiance import irradiance, radiance
+from followspot.present.validate import measure
 from followspot.scene.load import load
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
@@ -131,11 +132,11 @@ def test_cut_outs_are_there_where_their_texture_says(tmp_path: Path, test: Alpha
 
 def test_a_uniform_sky_gives_pi_and_each_face_lights_its_own_side() -> None:
     normals = np.concatenate([np.eye(3), -np.eye(3)])[[0, 3, 1, 4, 2, 5]]
-    np.testing.assert_allclose(sky_irradiance(WHITE_SKY, normals), math.pi, rtol=1e-3)
+    np.testing.assert_allclose(irradiance(normals, [radiance(WHITE_SKY)])[0], math.pi, rtol=1e-3)
     for face in range(6):
         pixels = np.zeros((6, 4, 4, 3), np.uint8)
         pixels[face] = 255
-        lit = sky_irradiance(cube_map(pixels), normals)[:, 0]
+        lit = irradiance(normals, [radiance(cube_map(pixels))])[0, :, 0]
         assert lit.argmax() == face
         assert lit[face ^ 1] == 0
 

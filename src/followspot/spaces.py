@@ -94,6 +94,14 @@ def vertical_fov(horizontal: float, aspect: float) -> float:
     return math.degrees(2 * math.atan(math.tan(math.radians(horizontal) / 2) / aspect))
 
 
+def directions_around(count: int) -> NDArray[np.float64]:
+    """(count, 3) unit vectors spread evenly over the sphere (a Fibonacci lattice)."""
+    k = np.arange(count) + 0.5
+    z = 1 - 2 * k / count
+    angle, radius = math.pi * (1 + math.sqrt(5)) * k, np.sqrt(1 - z * z)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
+
+
 def box_corners(mins: Vec3, maxs: Vec3) -> NDArray[np.float64]:
     """The (8, 3) corners of a box, same space and units."""
     choose = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij")).reshape(3, 8).T

@@ -7,7 +7,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from gl_calls import live_objects
+from gl_calls import DebugLog, live_objects
 from test_frame import no_new_gl_objects
 
 from conftest import Draw
@@ -279,6 +279,15 @@ def test_culling_characters_changes_no_bit_of_the_picture(
         np.testing.assert_array_equal(draw(scene, view, stage, culling=True, time=0.7), every)
         seen.append(report(renderer, scene, view, 0.7).characters)
     assert min(seen) > 0 and max(seen) < 40
+
+
+def test_a_frame_of_characters_raises_no_gl_message(renderer: Renderer) -> None:
+    scene, view = village(), camera((0, 0, 60))
+    renderer._drop_scene()
+    with DebugLog() as log:
+        renderer.render(scene, view, STAGES)
+        renderer.render(scene, view, STAGES, settings=Settings(albedo=0.5))
+        assert log.messages() == []
 
 
 def test_a_frame_of_characters_creates_nothing_and_sends_no_vertices(

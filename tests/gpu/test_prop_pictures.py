@@ -47,8 +47,7 @@ def scene_of(folder: Path, text: str, *, with_floor: bool = True) -> Scene:
     placed = props(entries, files, 0.03, "x.toml")
     bare = make_scene([floor(400)] if with_floor else [], LIGHT, archive=archive)
     level = with_props(bare.level, placed)
-    images = tuple(dict.fromkeys(m.image for m in level.materials if m.image))
-    return replace(bare, level=level, images=images)
+    return replace(bare, level=level)
 
 
 @pytest.fixture

@@ -101,6 +101,13 @@ def test_player(tmp_path: Path) -> None:
     assert found["problems"][0].startswith("models/players/bot/head.md3: expected a file")
 
 
+def test_models_that_come_with_the_package() -> None:
+    found = inspect("models/robot/robot.md2", ())
+    skin = "models/robot/skin.jpg"
+    assert found["skins"] == [{"name": skin, "image": skin}]
+    assert found["missing"] == []
+
+
 def test_what_is_not_there_is_an_error(tmp_path: Path) -> None:
     write_player(tmp_path)
     with pytest.raises(AssetError, match=r"there are .*bot"):

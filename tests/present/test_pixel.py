@@ -242,7 +242,7 @@ def test_maps_are_shown_and_read_as_they_are(renderer: Renderer, garden: Scene) 
     for number in (0, 1):
         distance = shadow.read_distance(number, size)
         depths = shadow.read_depths(number, (300, 200, 40, 30), size)
-        read = shadow.distances(number, depths).astype(np.float32)
+        read = shadow.tiles[number].distances(depths).astype(np.float32)
         np.testing.assert_array_equal(read, distance[200:230, 300:340])
         tile = shadow.tiles[number]
         hit = np.isfinite(distance)

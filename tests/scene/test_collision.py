@@ -12,7 +12,6 @@ from followspot.scene import solids
 from followspot.scene.collision import (
     GAP,
     PATCH_TOLERANCE,
-    POINT,
     STANDING,
     Box,
     CollisionWorld,
@@ -22,6 +21,7 @@ from followspot.spaces import Vec3, vec3
 from synthetic import open_bsp
 
 AIR = vec3((0, 0, 500))
+POINT = Box(vec3((0, 0, 0)), vec3((0, 0, 0)))
 
 
 @pytest.fixture(scope="module")

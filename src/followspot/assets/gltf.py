@@ -4,13 +4,10 @@ What moves (skins, morph targets, animations) stands still here. Source: "glTF 2
 version 2.0.1, The Khronos Group, whose section numbers are given.
 """
 
-import base64
-import binascii
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
-from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +15,8 @@ from numpy.typing import NDArray
 from followspot.assets.binary import BinaryFile
 from followspot.assets.gltf_document import (
     TRIANGLES,
-    Accessor,
-    Buffer,
     Document,
     Head,
-    Image,
     Material,
     Node,
     Primitive,
@@ -30,9 +24,9 @@ from followspot.assets.gltf_document import (
     Texture,
     TextureInfo,
     Transform,
-    View,
     decode,
 )
+from followspot.assets.gltf_records import FindFile, Records
 from followspot.assets.mesh_record import (
     MAX_SURFACES,
     MAX_VERTICES,
@@ -47,16 +41,11 @@ from followspot.errors import AssetError
 
 _GLB = np.dtype([("magic", "S4"), ("version", "<u4"), ("length", "<u4")])
 _CHUNK = np.dtype([("length", "<u4"), ("kind", "S4")])
-_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _STRIP, _FAN = 5, 6
 _CLAMP_TO_EDGE = 33071
 
 _KNOWN = ("KHR_texture_transform", "KHR_materials_", "KHR_lights_punctual", "KHR_xmp")
 """Beginnings of the names of extensions that are read, or that change nothing of what is where."""
-
-FindFile = Callable[[str], bytes | None]
-"""A name beside the file to the bytes that are there, if any."""
 
 
 def read_gltf(data: bytes, source: str, find_file: FindFile) -> MeshFile:
@@ -81,9 +70,9 @@ def read_gltf(data: bytes, source: str, find_file: FindFile) -> MeshFile:
         if not name.startswith(_KNOWN):
             expected = "none that changes what is where"
             raise AssetError(source, place="extensionsRequired", expected=expected, found=name)
-    reader = _Reader(decode(text, Document, source), body, source, find_file)
+    records = Records(decode(text, Document, source), body, source, find_file)
     with np.errstate(all="ignore"):  # numbers that are none are told of when all is in place
-        return reader.read()
+        return _Reader(records).read()
 
 
 def _chunks(file: BinaryFile) -> tuple[bytes, bytes | None]:
@@ -107,14 +96,11 @@ def _chunks(file: BinaryFile) -> tuple[bytes, bytes | None]:
 
 
 class _Reader:
-    """One document, with its buffers."""
+    """What one document shows."""
 
-    def __init__(
-        self, document: Document, body: bytes | None, source: str, find_file: FindFile
-    ) -> None:
-        self._document, self._body, self._source = document, body, source
-        self._find_file = find_file
-        self._buffers: dict[int, bytes] = {}
+    def __init__(self, records: Records) -> None:
+        self._records = records
+        self._document, self._source = records.document, records.source
         self._looks: dict[int, Look] = {}
         self._corners = 0
 
@@ -128,7 +114,7 @@ class _Reader:
             for raw in shown[mesh]:
                 self._count(len(raw.positions) + raw.triangles.size, raw.place)
                 if len(surfaces) == MAX_SURFACES:
-                    raise self._wrong(raw.place, f"at most {MAX_SURFACES} surfaces", "more")
+                    raise self._records.wrong(raw.place, f"at most {MAX_SURFACES} surfaces", "more")
                 surfaces.append(finish(_placed(raw, matrix), self._source))
         if not surfaces:
             raise AssetError(self._source, expected="triangles in a scene", found="none")
@@ -138,17 +124,7 @@ class _Reader:
         self._corners += corners
         if self._corners > 2 * MAX_VERTICES:
             expected = f"at most {MAX_VERTICES} vertices and corners of triangles together"
-            raise self._wrong(place, expected, "more")
-
-    def _wrong(self, place: str, expected: str, found: str) -> AssetError:
-        return AssetError(self._source, place=place, expected=expected, found=found)
-
-    def _at(self, table: str, number: int, place: str) -> Any:
-        """A record by the number that a place has for it."""
-        records = getattr(self._document, table)
-        if number >= len(records):
-            raise self._wrong(place, f"one of {len(records)} {table}", f"{number}")
-        return records[number]
+            raise self._records.wrong(place, expected, "more")
 
     def _placed_meshes(self) -> Iterator[tuple[int, NDArray[np.float64]]]:
         """Meshes by number with their nodes' global transforms, down from the scene's roots.
@@ -157,7 +133,7 @@ class _Reader:
         """
         nodes = self._document.nodes
         if self._document.scenes:
-            roots = self._at("scenes", self._document.scene, "scene").nodes
+            roots = self._records.at("scenes", self._document.scene, "scene").nodes
         else:
             children = {child for node in nodes for child in node.children}
             roots = tuple(n for n in range(len(nodes)) if n not in children)
@@ -165,13 +141,15 @@ class _Reader:
         pending = [(number, np.eye(4)) for number in reversed(roots)]
         while pending:
             number, parent = pending.pop()
-            node = self._at("nodes", number, "a node's children")
+            node = self._records.at("nodes", number, "a node's children")
             if number in met:
-                raise self._wrong(f"nodes[{number}]", "a node of one parent", "several, or a loop")
+                raise self._records.wrong(
+                    f"nodes[{number}]", "a node of one parent", "several, or a loop"
+                )
             met.add(number)
             matrix = parent @ _local(node)
             if node.mesh is not None:
-                self._at("meshes", node.mesh, f"nodes[{number}].mesh")
+                self._records.at("meshes", node.mesh, f"nodes[{number}].mesh")
                 yield node.mesh, matrix
             pending += [(child, matrix) for child in reversed(node.children)]
 
@@ -182,18 +160,18 @@ class _Reader:
 
     def _primitive(self, primitive: Primitive, place: str) -> RawSurface:
         if "POSITION" not in primitive.attributes:
-            raise self._wrong(place, "the attribute POSITION", "none")
+            raise self._records.wrong(place, "the attribute POSITION", "none")
         positions = self._attribute(primitive, "POSITION", (3,), place)
         assert positions is not None
         if primitive.indices is None:
             order = np.arange(len(positions), dtype=np.int64)
         else:
-            order = self._values(primitive.indices, (1,), f"{place}.indices")[:, 0]
+            order = self._records.values(primitive.indices, (1,), f"{place}.indices")[:, 0]
             if order.dtype.kind != "u":
-                raise self._wrong(f"{place}.indices", "unsigned integers", f"{order.dtype}")
+                raise self._records.wrong(f"{place}.indices", "unsigned integers", f"{order.dtype}")
         look, info = PLAIN, None
         if primitive.material is not None:
-            material = self._at("materials", primitive.material, f"{place}.material")
+            material = self._records.at("materials", primitive.material, f"{place}.material")
             look = self._looks.get(primitive.material) or self._look(primitive.material)
             self._looks[primitive.material] = look
             info = material.pbr_metallic_roughness.base_color_texture
@@ -234,86 +212,16 @@ class _Reader:
         if name not in primitive.attributes:
             return None
         place = f"{place}.{name}"
-        values = self._values(primitive.attributes[name], widths, place)
-        count = self._at("accessors", primitive.attributes["POSITION"], place).count
+        values = self._records.values(primitive.attributes[name], widths, place)
+        count = self._records.at("accessors", primitive.attributes["POSITION"], place).count
         if len(values) != count:
-            raise self._wrong(place, f"{count} values, one a vertex", f"{len(values)}")
+            raise self._records.wrong(place, f"{count} values, one a vertex", f"{len(values)}")
         if values.dtype.kind == "f":
             return values
         if not self._document.accessors[primitive.attributes[name]].normalized:
-            raise self._wrong(place, "float32 or normalized integers", f"{values.dtype}")
+            raise self._records.wrong(place, "float32 or normalized integers", f"{values.dtype}")
         largest = float(np.iinfo(values.dtype).max)
         return np.maximum(values / largest, -1.0)  # section 3.6.2.2
-
-    def _values(self, number: int, widths: tuple[int, ...], place: str) -> NDArray[Any]:
-        """(count, width) of an accessor, in its own type."""
-        accessor: Accessor = self._at("accessors", number, place)
-        place = f"accessors[{number}]"
-        width = _WIDTHS.get(accessor.type)
-        if width not in widths:
-            raise self._wrong(place, f"{' or '.join(map(str, widths))} a value", accessor.type)
-        if accessor.component_type not in _COMPONENTS:
-            found = str(accessor.component_type)
-            raise self._wrong(place, "a component type from 5120 to 5126", found)
-        if accessor.buffer_view is None or accessor.sparse is not None:
-            raise self._wrong(place, "values in a buffer view", "sparse or none")
-        dtype = np.dtype(_COMPONENTS[accessor.component_type])
-        data = self._view(accessor.buffer_view, place)
-        packed = dtype.itemsize * width
-        stride = self._document.buffer_views[accessor.buffer_view].byte_stride or packed
-        end = accessor.byte_offset + (accessor.count - 1) * stride + packed
-        if end > len(data):
-            found = f"a buffer view of {len(data)} bytes"
-            raise self._wrong(place, f"{accessor.count} values, {end} bytes", found)
-        return np.ndarray(
-            (accessor.count, width), dtype, data, accessor.byte_offset, (stride, dtype.itemsize)
-        )
-
-    def _view(self, number: int, place: str) -> memoryview:
-        view: View = self._at("buffer_views", number, place)
-        place = f"bufferViews[{number}]"
-        data = self._buffer(view.buffer, place)
-        end = view.byte_offset + view.byte_length
-        if end > len(data):
-            found = f"a buffer of {len(data)} bytes"
-            raise self._wrong(place, f"bytes up to {end}", found)
-        return memoryview(data)[view.byte_offset : end]
-
-    def _buffer(self, number: int, place: str) -> bytes:
-        if number not in self._buffers:
-            buffer: Buffer = self._at("buffers", number, place)
-            place = f"buffers[{number}]"
-            data = self._body if number == 0 and buffer.uri is None else None
-            if buffer.uri is not None:
-                data = self._uri(buffer.uri, place)
-            if data is None or len(data) < buffer.byte_length:
-                found = "none" if data is None else f"{len(data)}"
-                raise self._wrong(place, f"{buffer.byte_length} bytes", found)
-            self._buffers[number] = data
-        return self._buffers[number]
-
-    def _uri(self, uri: str, place: str) -> bytes | None:
-        """A file beside this one, or what stands in the name itself."""
-        if not uri.startswith("data:"):
-            return self._find_file(unquote(uri))
-        encoding, _, text = uri.partition(",")
-        if not encoding.endswith(";base64"):
-            raise self._wrong(place, "base64 in a data URI", encoding[:40])
-        try:
-            return base64.b64decode(text, validate=True)
-        except (binascii.Error, ValueError) as error:
-            raise self._wrong(place, "base64", str(error)) from None
-
-    def _image(self, number: int, place: str) -> str | bytes:
-        image: Image = self._at("images", number, place)
-        place = f"images[{number}]"
-        if image.buffer_view is not None:
-            return bytes(self._view(image.buffer_view, place))
-        if image.uri is None:
-            raise self._wrong(place, "uri or bufferView", "neither")
-        if image.uri.startswith("data:"):
-            return self._uri(image.uri, place) or b""
-        return unquote(image.uri)
 
     def _look(self, number: int) -> Look:
         material: Material = self._document.materials[number]
@@ -322,15 +230,15 @@ class _Reader:
         image: str | bytes | None = None
         info = surface.base_color_texture
         if info is not None:
-            texture: Texture = self._at("textures", info.index, f"{place}.baseColorTexture")
+            texture: Texture = self._records.at("textures", info.index, f"{place}.baseColorTexture")
             if texture.source is not None:
-                image = self._image(texture.source, f"textures[{info.index}].source")
+                image = self._records.image(texture.source, f"textures[{info.index}].source")
             if texture.sampler is not None:
                 where = f"textures[{info.index}].sampler"
-                sampler: Sampler = self._at("samplers", texture.sampler, where)
+                sampler: Sampler = self._records.at("samplers", texture.sampler, where)
                 clamps = sampler.wrap_s == sampler.wrap_t == _CLAMP_TO_EDGE
         if mode not in ("OPAQUE", "MASK", "BLEND"):
-            raise self._wrong(f"{place}.alphaMode", "OPAQUE, MASK or BLEND", mode)
+            raise self._records.wrong(f"{place}.alphaMode", "OPAQUE, MASK or BLEND", mode)
         red, green, blue, alpha = (min(max(value, 0.0), 1.0) for value in surface.base_color_factor)
         return Look(
             (red, green, blue, alpha),

@@ -241,6 +241,10 @@ def decode_all(
         pool.shutdown(cancel_futures=True)
 
 
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+"""Shares of linear sRGB's channels in luminance (ITU-R BT.709)."""
+
+
 def srgb_to_linear(values: NDArray[Float]) -> NDArray[Float]:
     """Decode sRGB to linear light, by IEC 61966-2-1.
 

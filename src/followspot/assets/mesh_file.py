@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.assets.gltf import FindFile, read_gltf
+from followspot.assets.gltf import read_gltf
+from followspot.assets.gltf_records import FindFile
 from followspot.assets.image import srgb_to_linear
 from followspot.assets.mesh_record import (
     MAX_SURFACES,

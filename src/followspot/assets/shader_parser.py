@@ -28,7 +28,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from followspot.assets.shader_script import MAX_QUOTED, ShaderScript, Stage, normalised_name
+from followspot.assets.shader_script import (
+    MAX_QUOTED,
+    ShaderScript,
+    Stage,
+    lookup_name,
+    normalised_name,
+)
 from followspot.assets.shader_values import Directive
 from followspot.errors import AssetError
 
@@ -94,10 +100,7 @@ class Entry:
 
 
 class Scripts(Mapping[str, ShaderScript]):
-    """The entries of an archive's scripts by their names, each read when it is first asked for.
-
-    Ask with `lookup_name`.
-    """
+    """The entries of an archive's scripts by their names, each read when it is first asked for."""
 
     def __init__(self, entries: Mapping[str, Entry], lost: tuple[AssetError, ...]) -> None:
         self._entries = entries
@@ -114,6 +117,10 @@ class Scripts(Mapping[str, ShaderScript]):
 
     def __len__(self) -> int:
         return len(self._entries)
+
+    def find(self, name: str) -> ShaderScript | None:
+        """The entry that a level's or model's surface means by a name, if there is one."""
+        return self.get(lookup_name(name))
 
     @property
     def problems(self) -> tuple[AssetError, ...]:

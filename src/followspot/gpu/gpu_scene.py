@@ -1,22 +1,17 @@
 """A scene's geometry, textures and sky in GPU memory."""
 
-from types import TracebackType
-from typing import Self
-
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from followspot.assets.image import Image, decode_all
 from followspot.errors import AssetError
+from followspot.gpu import gl
 from followspot.gpu.blocks import FRAME
 from followspot.gpu.characters import GpuCrowd
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
 from followspot.scene.sky import CubeMap
-
-_SRGB8_ALPHA8 = 0x8C43
-_TEXTURE_CUBE_MAP_SEAMLESS = 0x884F
 
 
 class GpuScene:
@@ -30,6 +25,9 @@ class GpuScene:
         crowd: The characters' figures.
         sky: The sky's cube map with all MIP levels.
         problems: Images that are there but cannot be decoded; white stands in for them.
+
+    Raises:
+        AssetError: a figure has more key poses than this OpenGL can hold.
     """
 
     def __init__(self, context: moderngl.Context, scene: Scene) -> None:
@@ -37,7 +35,8 @@ class GpuScene:
         self.scene = scene
         self._anisotropy = 1.0
         self.problems: list[AssetError] = []
-        context.enable_direct(_TEXTURE_CUBE_MAP_SEAMLESS)
+        self.crowd = GpuCrowd(context, scene.crowd)  # first: it is what may fail
+        context.enable_direct(gl.TEXTURE_CUBE_MAP_SEAMLESS)
         self.vertices = context.buffer(scene.mesh.vertices.tobytes() or bytes(32))
         tints = scene.mesh.tints
         self.tints = None if tints is None else context.buffer(tints.tobytes())
@@ -45,14 +44,14 @@ class GpuScene:
         self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8))
         self._images: dict[tuple[str | None, bool], moderngl.Texture] = {}
         wanted = {(m.image, m.clamps) for m in (*scene.materials, *scene.crowd.materials)}
-        for number, image in decode_all(scene.archive, scene.images):
+        images = scene.images
+        for number, image in decode_all(scene.archive, images):
             if not isinstance(image, Image):
                 self.problems.append(image)
                 continue
             for clamps in (False, True):  # wrapping belongs to the texture in OpenGL 3.3
-                if (key := (scene.images[number], clamps)) in wanted:
+                if (key := (images[number], clamps)) in wanted:
                     self._images[key] = _upload(context, image.pixels, clamps=clamps)
-        self.crowd = GpuCrowd(context, scene.crowd)
         self.sky = _upload_cube(context, scene.sky)
 
     def image_of(self, material: Material) -> moderngl.Texture:
@@ -74,24 +73,13 @@ class GpuScene:
             if thing is not None:
                 thing.release()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        at: TracebackType | None,
-    ) -> None:
-        self.release()
-
 
 def _upload(
     context: moderngl.Context, pixels: NDArray[np.uint8], *, clamps: bool = False
 ) -> moderngl.Texture:
     """(h, w, 4) uint8 sRGB as a trilinear texture that repeats; row 0 is t = 0, as in Quake."""
     height, width = pixels.shape[:2]
-    texture = context.texture((width, height), 4, pixels, internal_format=_SRGB8_ALPHA8)
+    texture = context.texture((width, height), 4, pixels, internal_format=gl.SRGB8_ALPHA8)
     texture.repeat_x = texture.repeat_y = not clamps
     texture.build_mipmaps()  # GL averages sRGB textures in linear light
     texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
@@ -101,7 +89,7 @@ def _upload(
 def _upload_cube(context: moderngl.Context, sky: CubeMap) -> moderngl.TextureCube:
     """The sky's faces, already in GL's order and orientation."""
     size = sky.faces.shape[1]
-    cube = context.texture_cube((size, size), 4, sky.faces, internal_format=_SRGB8_ALPHA8)
+    cube = context.texture_cube((size, size), 4, sky.faces, internal_format=gl.SRGB8_ALPHA8)
     cube.build_mipmaps()
     cube.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
     return cube

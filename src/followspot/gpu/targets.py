@@ -11,9 +11,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-_SRGB8_ALPHA8 = 0x8C43
-FRAMEBUFFER_SRGB = 0x8DB9
-"""GL's switch for encoding what is written into sRGB pictures."""
+from followspot.gpu import gl
 
 Part = tuple[int, int, int, int]
 """A rectangle of a picture: x, y, width, height in pixels, y counted from the top row."""
@@ -36,7 +34,7 @@ class Target:
         if is_linear:
             self._picture = context.texture(size, 4, dtype="f4")
         else:
-            self._picture = context.texture(size, 4, internal_format=_SRGB8_ALPHA8)
+            self._picture = context.texture(size, 4, internal_format=gl.SRGB8_ALPHA8)
         self._depth = context.depth_renderbuffer(size)
         self.framebuffer = context.framebuffer([self._picture], self._depth)
         self._picture_alone = context.framebuffer([self._picture])
@@ -64,7 +62,7 @@ class Target:
         The window's framebuffer is bound then, and takes what is written as it is.
         """
         context = self.framebuffer.ctx
-        context.disable_direct(FRAMEBUFFER_SRGB)
+        encode_srgb(context, False)
         # Without depth, whose format would have to be the window's.
         context.copy_framebuffer(context.screen, self._picture_alone)
         context.screen.use()
@@ -73,3 +71,11 @@ class Target:
         """Give the GL objects back."""
         for thing in (self.framebuffer, self._picture_alone, self._picture, self._depth):
             thing.release()
+
+
+def encode_srgb(context: moderngl.Context, wanted: bool) -> None:
+    """Let GL turn what shaders write into sRGB, where pictures are in it, or write it as it is."""
+    if wanted:
+        context.enable_direct(gl.FRAMEBUFFER_SRGB)
+    else:
+        context.disable_direct(gl.FRAMEBUFFER_SRGB)

@@ -1,4 +1,8 @@
-"""GPU time, by pass or of whole frames, from timer queries made once."""
+"""GPU time, by pass or of whole frames, from timer queries made once.
+
+A software rasteriser puts its work off until somebody waits for it, so that queries see next to
+nothing of it; there, waiting is what is timed.
+"""
 
 import time
 from collections import deque
@@ -17,25 +21,40 @@ class PassTimers:
     Args:
         context: Where the queries live.
         names: Of the passes.
+        waits: Whether each pass is waited for on its own instead: for a software rasteriser.
     """
 
-    def __init__(self, context: moderngl.Context, names: tuple[str, ...]) -> None:
+    def __init__(self, context: moderngl.Context, names: tuple[str, ...], *, waits: bool) -> None:
+        self._context = context
+        self._waits = waits
         self._queries = {name: context.query(time=True) for name in names}
+        self._waited_ms = dict.fromkeys(names, 0.0)
 
     def __call__(self, name: str) -> AbstractContextManager[object]:
         """Time what is drawn inside the ``with`` block."""
+        if self._waits:
+            return self._waited(name)
         return cast("AbstractContextManager[object]", self._queries[name])
+
+    @contextmanager
+    def _waited(self, name: str) -> Iterator[None]:
+        self._context.finish()
+        start = time.perf_counter()
+        yield
+        self._context.finish()
+        self._waited_ms[name] = (time.perf_counter() - start) * 1e3
 
     def read_ms(self) -> dict[str, float]:
         """Milliseconds by pass in the last frame; waits for the GPU."""
+        if self._waits:
+            return dict(self._waited_ms)
         return {name: query.elapsed / 1e6 for name, query in self._queries.items()}
 
 
 class FrameTimer:
     """GPU time of whole frames.
 
-    It is read some frames later, when nobody has to wait for it. But a software rasteriser puts
-    its work off until somebody waits, which queries do not see; there, waiting is what is timed.
+    It is read some frames later, when nobody has to wait for it.
 
     Attributes:
         ms: Milliseconds of a frame, the latest that is known.

@@ -3,9 +3,7 @@
 import moderngl
 
 from followspot.gpu import program
-from followspot.gpu.targets import Target
-
-_FRAMEBUFFER_SRGB = 0x8DB9
+from followspot.gpu.targets import Target, encode_srgb
 
 
 class AveragePass:
@@ -40,7 +38,7 @@ class AveragePass:
                 are averaged as they are shown.
         """
         self._framebuffer.use()
-        self._context.disable_direct(_FRAMEBUFFER_SRGB)
+        encode_srgb(self._context, False)
         self._context.enable_only(moderngl.BLEND)
         self._context.blend_func = moderngl.ONE, moderngl.ONE
         (texture,) = picture.framebuffer.color_attachments
@@ -50,8 +48,7 @@ class AveragePass:
     def finish(self, *, encoded: bool) -> None:
         """Write the mean into the target."""
         self._target.framebuffer.use()
-        if encoded:
-            self._context.enable_direct(_FRAMEBUFFER_SRGB)
+        encode_srgb(self._context, encoded)
         self._context.enable_only(moderngl.NOTHING)
         self._draw(self._sum, 1, 1.0, False)
 

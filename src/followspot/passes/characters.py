@@ -16,10 +16,15 @@ from followspot.gpu.characters import POSE_ROW_BITS, GpuPart
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes import drawlist
-from followspot.passes.materials import Variant, alpha_test_vector, variant_of
+from followspot.passes.materials import (
+    Variant,
+    alpha_test_vector,
+    set_caster_culling,
+    set_state,
+    variant_of,
+)
 from followspot.passes.programs import BASE_IMAGE, KEY_POSES, Shader, SurfacePrograms
 from followspot.passes.shadow_fit import ShadowFrustum
-from followspot.passes.surfaces import set_state
 from followspot.scene.figure import Run
 from followspot.scene.material import Material
 from followspot.scene.settings import CullFace
@@ -180,12 +185,7 @@ class CharacterPass:
             count = self._counts[1][draw.part.figure]
             if not count:
                 continue
-            material = draw.run.material
-            if cull is CullFace.NONE or material.is_two_sided:
-                self._context.disable(moderngl.CULL_FACE)
-            else:
-                self._context.enable(moderngl.CULL_FACE)
-                self._context.cull_face = cull.value
+            set_caster_culling(self._context, draw.run.material, cull)
             self._render(draw, self._shadows[draw.variant.cut_out], count)
 
     def _render(self, draw: _Draw, shader: Shader, count: int) -> None:
@@ -220,8 +220,9 @@ def _array(context: moderngl.Context, of: moderngl.Program, each: GpuPart) -> mo
     """A part's vertex array for a program, which may not look at texture coordinates."""
     content: list[tuple[Any, ...]] = [
         (each.instances, each.instance_format, "in_world_from_part", "in_pose"),
-        (each.texcoords, "2f", "in_texcoord"),
     ]
+    if "in_texcoord" in of:  # moderngl takes gl_VertexID for one that is not there: a GL error
+        content.append((each.texcoords, "2f", "in_texcoord"))
     return context.vertex_array(of, content, each.indices, skip_errors=True)
 
 

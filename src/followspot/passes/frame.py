@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from followspot.gpu import blocks
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import SHADERS, ShaderError, ShaderFolder
-from followspot.gpu.targets import Part, Target
+from followspot.gpu.targets import Part, Target, encode_srgb
 from followspot.passes import lighting, programs
 from followspot.passes.characters import CharacterPass
 from followspot.passes.overlay import Overlay, OverlayPass
@@ -28,8 +28,6 @@ from followspot.scene.light import Light, SpotLight
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from followspot.spaces import Mat4
-
-_FRAMEBUFFER_SRGB = 0x8DB9
 
 PASSES = ("shadow", "clear", "surfaces", "characters", "sky", "blended", "overlay")
 TimedPass = Callable[[str], AbstractContextManager[object]]
@@ -74,7 +72,18 @@ class FrameInput:
 
 @dataclass(frozen=True)
 class FrameReport:
-    """What a frame did and what it cost the CPU."""
+    """What a frame did and what it cost the CPU.
+
+    Attributes:
+        submit_ms: CPU time of `FramePipeline.draw`: culling, sorting and calls into GL.
+        draws: Draw calls into the picture.
+        triangles: Drawn in the picture.
+        triangles_in_scene: Those and what was left out.
+        characters: In the camera's view.
+        shadow_redrawn: Whether the level's part of the shadow maps was drawn anew.
+        shadow_draws: Draw calls that this took, and 0 if it was not.
+        shadow_triangles: Likewise.
+    """
 
     submit_ms: float
     draws: int
@@ -156,6 +165,7 @@ class FramePipeline:
             frozen = decider.clip_from_view(aspect, decider.far_for(*self._bounds))
             cull_from_world = frozen @ decider.view_from_world
 
+        has_sky = frame.view is View.FINAL
         with_blended = frame.view.has_blended and settings.albedo is None
         if visible.update(
             decider.position,
@@ -182,7 +192,7 @@ class FramePipeline:
             self._surfaces.draw_opaque(visible.opaque)
         target.framebuffer.depth_mask = False
         with timed("sky"):
-            if frame.view is View.FINAL:
+            if has_sky:
                 self._sky.draw()
         with timed("blended"):
             self._surfaces.draw_blended(visible.blended, visible.opaque)
@@ -200,7 +210,7 @@ class FramePipeline:
         redrawn = self.shadow.redrawn
         return FrameReport(
             submit_ms=(time.perf_counter() - start) * 1e3,
-            draws=len(visible.opaque.batches) + len(visible.blended.batches) + draws + 1,
+            draws=len(visible.opaque.batches) + len(visible.blended.batches) + draws + has_sky,
             triangles=visible.opaque.triangle_count + visible.blended.triangle_count + triangles,
             triangles_in_scene=self._triangle_count,
             characters=self._characters.seen,
@@ -215,10 +225,7 @@ class FramePipeline:
         target.framebuffer.use()
         if part is not None:
             target.framebuffer.scissor = target.box(part)
-        if view.is_encoded and not target.is_linear:
-            self._context.enable_direct(_FRAMEBUFFER_SRGB)
-        else:
-            self._context.disable_direct(_FRAMEBUFFER_SRGB)
+        encode_srgb(self._context, view.is_encoded and not target.is_linear)
         background = np.inf if view is View.DEPTH else 0.0
         target.framebuffer.clear(background, background, background, 0.0)
         self.shadow.atlas.use(SHADOW_ATLAS)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from followspot.errors import UsageError
 from followspot.gpu import blocks
-from followspot.scene.light import Light, PointLight, SpotLight
+from followspot.scene.light import Light, PointLight, SpotLight, casting
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from followspot.scene.sky import CubeMap
@@ -26,20 +26,18 @@ def in_order(lights: tuple[Light, ...]) -> tuple[Light, ...]:
     Raises:
         UsageError: more lights, or lights with shadows, than a frame holds.
     """
-    casting = [light for light in lights if isinstance(light, SpotLight) and light.casts_shadow]
-    if len(lights) > blocks.MAX_LIGHTS or len(casting) > blocks.MAX_SHADOWS:
+    first = casting(lights)
+    if len(lights) > blocks.MAX_LIGHTS or len(first) > blocks.MAX_SHADOWS:
         raise UsageError(
             f"at most {blocks.MAX_LIGHTS} lights, {blocks.MAX_SHADOWS} of them with shadows, can "
-            f"be drawn at once; there are {len(lights)}, {len(casting)} with shadows"
+            f"be drawn at once; there are {len(lights)}, {len(first)} with shadows"
         )
-    return (*casting, *(light for light in lights if light not in casting))
+    return (*first, *(light for light in lights if light not in first))
 
 
 def shadowed(lights: tuple[Light, ...], settings: Settings) -> tuple[SpotLight, ...]:
     """Those of `lights` (in the order of `in_order`) that have a shadow map in a frame."""
-    if not settings.shadows:
-        return ()
-    return tuple(light for light in lights if isinstance(light, SpotLight) and light.casts_shadow)
+    return casting(lights) if settings.shadows else ()
 
 
 def write_lights(

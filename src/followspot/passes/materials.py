@@ -5,7 +5,9 @@ from typing import NamedTuple
 import moderngl
 
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
+from followspot.gpu import gl
 from followspot.scene.material import Material, Shade
+from followspot.scene.settings import CullFace
 
 
 class Variant(NamedTuple):
@@ -47,16 +49,40 @@ def variant_of(material: Material) -> Variant:
 
 def alpha_test_vector(material: Material) -> tuple[float, float]:
     """surface.frag's ``alpha_test``: texels with ``a * x + y > 0`` are kept."""
-    half = 128 / 255  # the game compares bytes with 128
-    slope, shift = {
-        AlphaTest.GT0: (1.0, 0.0),
-        AlphaTest.LT128: (-1.0, half - 1e-4),
-        AlphaTest.GE128: (1.0, 1e-4 - half),
-        None: (0.0, 1.0),
-    }[material.alpha_test]
+    slope, shift = _ALPHA_TESTS[material.alpha_test]
     return slope * material.alpha_scale, shift
 
 
+def set_state(context: moderngl.Context, material: Material) -> None:
+    """Set what GL needs to know of a material's state, but for tests and writes of depth."""
+    if material.sides is Sides.BOTH:
+        context.disable(moderngl.CULL_FACE)
+    else:
+        context.enable(moderngl.CULL_FACE)
+        context.cull_face = _CULLED_SIDE[material.sides]
+    context.polygon_offset = (-1.0, -2.0) if material.polygon_offset else (0.0, 0.0)
+    if material.blend is not None:
+        source, destination = material.blend
+        context.blend_func = _FACTORS[source], _FACTORS[destination]
+
+
+def set_caster_culling(context: moderngl.Context, material: Material, cull: CullFace) -> None:
+    """Leave out the faces of a caster that a shadow map is to lack; none of two-sided ones."""
+    if cull is CullFace.NONE or material.is_two_sided:
+        context.disable(moderngl.CULL_FACE)
+    else:
+        context.enable(moderngl.CULL_FACE)
+        context.cull_face = cull.value
+
+
+_HALF = 128 / 255  # the game compares bytes with 128
+_ALPHA_TESTS = {
+    AlphaTest.GT0: (1.0, 0.0),
+    AlphaTest.LT128: (-1.0, _HALF - 1e-4),
+    AlphaTest.GE128: (1.0, 1e-4 - _HALF),
+    None: (0.0, 1.0),
+}
+_CULLED_SIDE = {Sides.FRONT: "back", Sides.BACK: "front"}
 _FACTORS = {
     BlendFactor.ZERO: moderngl.ZERO,
     BlendFactor.ONE: moderngl.ONE,
@@ -68,12 +94,5 @@ _FACTORS = {
     BlendFactor.ONE_MINUS_SRC_ALPHA: moderngl.ONE_MINUS_SRC_ALPHA,
     BlendFactor.DST_ALPHA: moderngl.DST_ALPHA,
     BlendFactor.ONE_MINUS_DST_ALPHA: moderngl.ONE_MINUS_DST_ALPHA,
-    BlendFactor.SRC_ALPHA_SATURATE: 0x0308,
+    BlendFactor.SRC_ALPHA_SATURATE: gl.SRC_ALPHA_SATURATE,
 }
-
-
-def blend_factors(material: Material) -> tuple[int, int]:
-    """GL's source and destination factors of a blended material."""
-    assert material.blend is not None, material
-    source, destination = material.blend
-    return _FACTORS[source], _FACTORS[destination]

@@ -7,8 +7,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.gpu import blocks, program
+from followspot.gpu import blocks, gl, program
 from followspot.gpu.program import ShaderFolder
+from followspot.gpu.targets import encode_srgb
 from followspot.passes.programs import Shader
 from followspot.passes.shadow_fit import ShadowFrustum
 from followspot.scene import outlines
@@ -46,7 +47,6 @@ _MARK = 16.0
 """Units to each side of a light's mark."""
 
 _VERTEX = np.dtype([("position", "<f4", 3), ("colour", "u1", 4)])
-_FRAMEBUFFER_SRGB, _DEPTH_CLAMP, _LINE_SMOOTH = 0x8DB9, 0x864F, 0x0B20
 
 
 class OverlayPass:
@@ -129,9 +129,9 @@ class OverlayPass:
             width: Of the whole picture in pixels.
         """
         context, shader = self._context, self._shader
-        context.disable_direct(_FRAMEBUFFER_SRGB)
-        context.enable_direct(_DEPTH_CLAMP)  # lights may be outside of the camera's range
-        context.enable_direct(_LINE_SMOOTH)
+        encode_srgb(context, False)
+        context.enable_direct(gl.DEPTH_CLAMP)  # lights may be outside of the camera's range
+        context.enable_direct(gl.LINE_SMOOTH)
         context.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
         over, keep = (
             (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA),
@@ -146,8 +146,8 @@ class OverlayPass:
         self._render("<", 1.0, moderngl.TRIANGLES, 0, self._side_count)
         self._render(">", _BEHIND, moderngl.LINES, self._side_count, self._line_count)
         self._render("<=", 1.0, moderngl.LINES, self._side_count, self._line_count)
-        context.disable_direct(_LINE_SMOOTH)
-        context.disable_direct(_DEPTH_CLAMP)
+        context.disable_direct(gl.LINE_SMOOTH)
+        context.disable_direct(gl.DEPTH_CLAMP)
 
     def _render(self, depth: str, strength: float, mode: int, first: int, count: int) -> None:
         if count:

@@ -12,31 +12,27 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot import spaces
 from followspot.errors import UsageError
-from followspot.gpu import blocks, program
+from followspot.gpu import blocks, gl, program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import Part
-from followspot.passes import drawlist, shadow_fit
+from followspot.passes import shadow_fit
 from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import DrawList
-from followspot.passes.materials import alpha_test_vector
+from followspot.passes.materials import alpha_test_vector, set_caster_culling
 from followspot.passes.programs import BASE_IMAGE, Shader
-from followspot.passes.shadow_fit import Boxes, Extent, Outlines, ShadowFrustum
+from followspot.passes.shadow_fit import Boxes, Extent, ShadowFrustum
+from followspot.passes.shadow_tiles import ShadowTiles
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Mat4
-
-_DEPTH_CLAMP = 0x864F
-_SIDE = {CullFace.FRONT: -1, CullFace.BACK: 1, CullFace.NONE: 0}
 
 
 class ShadowPass:
     """The atlas, the two programs that fill it, and what is in it now.
 
     Attributes:
-        tiles: The frusta in it, in the lights' order.
         redrawn: Whether the last call drew the level.
         triangle_count: The level's triangles in the atlas.
         draw_count: Draw calls that it took.
@@ -58,26 +54,10 @@ class ShadowPass:
         self._cut_out = Shader(context, folder, "shadow", self._array, {"ALPHA_TEST": 1})
         self._restore = Shader(context, folder, "restore", self._no_array, vertex="average")
         self.shaders = [self._solid, self._cut_out, self._restore]
-        materials = gpu_scene.scene.materials
-        self._casts = np.array([m.blend is None for m in materials], bool)
-        # Solid casters of one state need not be told apart: each draws as the first of its state.
-        first: dict[object, int] = {}
-        self._one_sided = np.array([not m.is_two_sided for m in materials], bool)
-        self._key = np.array(
-            [
-                number if m.alpha_test else first.setdefault(m.sides, number)
-                for number, m in enumerate(materials)
-            ],
-            np.int32,
-        )
+        self._tiles = ShadowTiles(gpu_scene.scene)
         self._drawn: object = None
-        self._lights: tuple[SpotLight, ...] = ()
-        self._fitted: tuple[object, object] = (None, None)
-        self._outlines: dict[SpotLight, Outlines] = {}
-        self._casters: dict[ShadowFrustum, DrawList] = {}
         self._maps: list[_Map] = []  # with characters the level's alone, then the one with theirs
         self._covered: list[Extent] = []  # by them, of each tile of it
-        self.tiles: tuple[ShadowFrustum, ...] = ()
         self.redrawn = False
         self.triangle_count = self.draw_count = 0
 
@@ -109,6 +89,11 @@ class ShadowPass:
         self._drawn = None
 
     @property
+    def tiles(self) -> tuple[ShadowFrustum, ...]:
+        """What the atlas covers, a frustum a light, in the lights' order."""
+        return self._tiles.frusta
+
+    @property
     def atlas(self) -> moderngl.Texture:
         """Depth texture, one square tile a light, side by side; compared by the fetch."""
         return self._maps[-1].texture
@@ -129,7 +114,9 @@ class ShadowPass:
         """
         if not lights:
             return np.empty((0, 4, 4), np.float32)
-        self._fit(lights, settings, receivers if settings.shadow_fit else None)
+        if self._tiles.fit(lights, settings, receivers if settings.shadow_fit else None):
+            indices = [casters.indices for casters in self._tiles.casters]
+            self._indices.write(np.concatenate(indices))
         return np.array(
             [blocks.columns(self.shadow_from_world(number)) for number in range(len(lights))],
             np.float32,
@@ -170,58 +157,9 @@ class ShadowPass:
                 self._context.depth_func = "<"
                 self._characters.draw_casters(tile.clip_from_world, settings.shadow_cull)
 
-    def _fit(
-        self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Boxes | None
-    ) -> None:
-        """Fit the tiles' frusta, keeping each that comes out as it was, with its casters."""
-        size, cull = settings.shadow_map_size, settings.shadow_cull
-        wanted = ((size, cull), receivers)
-        if lights == self._lights and wanted == self._fitted:
-            return
-        alike = self._fitted[0] == wanted[0]
-        before = dict(zip(self._lights, self.tiles, strict=True)) if alike else {}
-        mesh = self._gpu_scene.scene.mesh
-        crowd = self._gpu_scene.scene.crowd
-        everything = Boxes(
-            np.concatenate([mesh.faces["mins"], crowd.mins]),
-            np.concatenate([mesh.faces["maxs"], crowd.maxs]),
-        )
-        self._outlines = {
-            light: self._outlines.get(light) or shadow_fit.outlines(light, everything)
-            for light in lights
-        }
-        tiles = []
-        casters: dict[ShadowFrustum, DrawList] = {}
-        for light in lights:
-            tile = shadow_fit.fit(light, self._outlines[light], receivers, size)
-            kept = before.get(light)
-            if kept is not None and kept.covers_the_same(tile):
-                tile = kept
-            tiles.append(tile)
-            casters[tile] = self._casters.get(tile) or self._find_casters(light, tile, cull, size)
-        if self.tiles != tuple(tiles):
-            indices = [list_.indices for list_ in casters.values()]
-            self._indices.write(np.concatenate(indices))
-        self.tiles, self._casters = tuple(tiles), casters
-        self._lights, self._fitted = lights, wanted
-
-    def _find_casters(
-        self, light: SpotLight, tile: ShadowFrustum, cull: CullFace, size: int
-    ) -> DrawList:
-        """All that may cast within a frustum, wherever the camera is."""
-        mesh = self._gpu_scene.scene.mesh
-        planes = drawlist.frustum_planes(tile.clip_from_world)
-        inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
-        chosen = inside & self._casts[mesh.faces["material"]]
-        side = np.where(self._one_sided, _SIDE[cull], 0).astype(np.float32)
-        matrix = tile.clip_from_world
-        return drawlist.casters(mesh, chosen, self._key, matrix, side, light.position, size)
-
     def shadow_from_world(self, number: int) -> Mat4:
         """World to tile `number` of the atlas."""
-        place = np.eye(4)
-        place[0, 0], place[0, 3] = 1 / len(self.tiles), number / len(self.tiles)
-        return place @ spaces.SHADOW_FROM_CLIP @ self.tiles[number].clip_from_world
+        return self._tiles.shadow_from_world(number)
 
     @contextmanager
     def _drawing_into(self, target: "_Map", settings: Settings) -> Iterator[None]:
@@ -229,12 +167,12 @@ class ShadowPass:
         context = self._context
         target.framebuffer.use()
         context.enable_only(moderngl.DEPTH_TEST)
-        context.enable_direct(_DEPTH_CLAMP)  # what is nearer than the near plane casts all the same
+        context.enable_direct(gl.DEPTH_CLAMP)  # what is before the near plane casts all the same
         context.depth_func = "<"
         context.polygon_offset = settings.shadow_slope_bias, 0.0
         yield
         context.polygon_offset = 0.0, 0.0
-        context.disable_direct(_DEPTH_CLAMP)
+        context.disable_direct(gl.DEPTH_CLAMP)
 
     def _draw_level(self, settings: Settings) -> None:
         target, size = self._maps[0], settings.shadow_map_size
@@ -242,7 +180,7 @@ class ShadowPass:
         target.framebuffer.scissor = None  # type: ignore[assignment]  # moderngl: nothing cut off
         target.framebuffer.clear()
         base = 0
-        for number, (tile, casters) in enumerate(self._casters.items()):
+        for number, (tile, casters) in enumerate(zip(self.tiles, self._tiles.casters, strict=True)):
             target.choose_tile(number, size)
             matrix = blocks.columns(tile.clip_from_world)
             for shader in (self._solid, self._cut_out):
@@ -253,11 +191,7 @@ class ShadowPass:
     def _draw_casters(self, casters: DrawList, base: int, cull: CullFace) -> None:
         for batch in casters.batches:
             material = self._gpu_scene.scene.materials[batch.material]
-            if cull is CullFace.NONE or material.is_two_sided:
-                self._context.disable(moderngl.CULL_FACE)
-            else:
-                self._context.enable(moderngl.CULL_FACE)
-                self._context.cull_face = cull.value
+            set_caster_culling(self._context, material, cull)
             if material.alpha_test is None:
                 shader = self._solid
             else:
@@ -273,10 +207,8 @@ class ShadowPass:
 
         Infinite where the light's rays hit nothing.
         """
-        self._context.finish()  # Mesa's llvmpipe may not wait for what is still being drawn
-        raw = np.frombuffer(self.atlas.read(alignment=1), "<f4").reshape(size, -1)
-        tile = raw[::-1, number * size : (number + 1) * size]
-        return self.distances(number, tile).astype(np.float32)
+        depths = self.read_depths(number, (0, 0, size, size), size)
+        return self.tiles[number].distances(depths).astype(np.float32)
 
     def read_depths(self, number: int, part: Part, size: int) -> NDArray[np.float32]:
         """Read a part of light `number`'s map of `size` texels; waits for the GPU.
@@ -286,16 +218,9 @@ class ShadowPass:
         """
         x, y, width, height = part
         box = number * size + x, size - y - height, width, height
-        self._context.finish()  # as above
+        self._context.finish()  # Mesa's llvmpipe may not wait for what is still being drawn
         raw = self._maps[-1].framebuffer.read(box, components=1, attachment=-1, dtype="f4")
         return np.frombuffer(raw, "<f4").reshape(height, width)[::-1]
-
-    def distances(self, number: int, depths: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Depths of light `number` as units along its axis, infinite where they are 1."""
-        near, far = self.tiles[number].near, self.tiles[number].far
-        ndc = depths.astype(np.float64) * 2 - 1
-        distance = 2 * near * far / (far + near - ndc * (far - near))
-        return np.where(ndc < 1, distance, np.inf)
 
     def release(self) -> None:
         """Give the GL objects back."""

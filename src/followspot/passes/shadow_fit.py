@@ -63,6 +63,12 @@ class ShadowFrustum:
         mine = (*self.window, self.near, self.far)
         return mine == (*other.window, other.near, other.far)
 
+    def distances(self, depths: NDArray[np.float32] | NDArray[np.float64]) -> NDArray[np.float64]:
+        """Depths in [0, 1] as units along the axis, infinite where they are 1."""
+        ndc = depths.astype(np.float64) * 2 - 1
+        near, far = self.near, self.far
+        return np.where(ndc < 1, 2 * near * far / (far + near - ndc * (far - near)), np.inf)
+
 
 class Extent(NamedTuple):
     """A rectangle in a map, whose edges are at 0 and 1."""

@@ -4,10 +4,9 @@ import moderngl
 
 from followspot.gpu import program
 from followspot.gpu.program import ShaderFolder
+from followspot.gpu.targets import encode_srgb
 from followspot.passes.programs import SHADOW_ATLAS, Shader
 from followspot.passes.shadow import ShadowPass
-
-_FRAMEBUFFER_SRGB = 0x8DB9
 
 
 class ShadowPreview:
@@ -16,15 +15,12 @@ class ShadowPreview:
     Args:
         context: Where it lives.
         size: Texels along an edge of a light's map.
-        folder: Has the shader.
 
     Attributes:
         texture: (size, size) RGBA, its top row first.
     """
 
-    def __init__(
-        self, context: moderngl.Context, size: int, folder: ShaderFolder | None = None
-    ) -> None:
+    def __init__(self, context: moderngl.Context, size: int) -> None:
         self._context = context
         self.size = size
         self.texture = context.texture((size, size), 4)
@@ -33,7 +29,7 @@ class ShadowPreview:
         self._numbers = context.sampler(compare_func="")  # the atlas compares by itself
         self._shader = Shader(
             context,
-            folder or ShaderFolder(),
+            ShaderFolder(),
             "distance",
             lambda distance: [context.vertex_array(distance, [])],
             vertex="average",
@@ -57,7 +53,7 @@ class ShadowPreview:
         program.set_uniform(of, "planes", (tile.near, tile.far))
         program.set_uniform(of, "shown", between or (tile.near, tile.far))
         self._framebuffer.use()
-        self._context.disable_direct(_FRAMEBUFFER_SRGB)
+        encode_srgb(self._context, False)
         self._context.enable_only(moderngl.NOTHING)
         shadow.atlas.use(SHADOW_ATLAS)
         self._numbers.use(SHADOW_ATLAS)

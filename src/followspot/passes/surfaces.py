@@ -2,16 +2,12 @@
 
 import moderngl
 
-from followspot.assets.shader_values import Sides
 from followspot.gpu import program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
-from followspot.passes.materials import alpha_test_vector, blend_factors, variant_of
+from followspot.passes.materials import alpha_test_vector, set_state, variant_of
 from followspot.passes.programs import BASE_IMAGE, SurfacePrograms
-from followspot.scene.material import Material
-
-_CULLED_SIDE = {Sides.FRONT: "back", Sides.BACK: "front"}
 
 
 class SurfacePass:
@@ -73,15 +69,3 @@ class SurfacePass:
         """Give the GL objects back."""
         self.programs.release()
         self._indices.release()
-
-
-def set_state(context: moderngl.Context, material: Material) -> None:
-    """Set what GL needs to know of a material's state, but for tests and writes of depth."""
-    if material.sides is Sides.BOTH:
-        context.disable(moderngl.CULL_FACE)
-    else:
-        context.enable(moderngl.CULL_FACE)
-        context.cull_face = _CULLED_SIDE[material.sides]
-    context.polygon_offset = (-1.0, -2.0) if material.polygon_offset else (0.0, 0.0)
-    if material.blend is not None:
-        context.blend_func = blend_factors(material)

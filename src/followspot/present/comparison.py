@@ -25,13 +25,11 @@ from followspot.passes.view import View
 from followspot.present.cut_outs import Mask, Numbers
 from followspot.present.raytracer import RayTracer, Truth
 from followspot.present.renderer import Renderer
+from followspot.present.shadow_edges import EDGE_TEXELS, near_edge
 from followspot.scene.camera import Camera
-from followspot.scene.light import SpotLight
+from followspot.scene.light import casting
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
-
-EDGE_TEXELS = 2.0
-"""Half a texel of rounding, one of the bilinear comparison, half a texel to spare."""
 
 SAME_SURFACE = 1e-3
 """Relative difference of depth up to which both have hit the same surface."""
@@ -158,8 +156,7 @@ class Validation:
     """
 
     def __init__(self, renderer: Renderer, scene: Scene, camera: Camera, albedo: float) -> None:
-        casting = (x for x in scene.lights if isinstance(x, SpotLight) and x.casts_shadow)
-        light = next(casting, None)
+        light = next(iter(casting(scene.lights)), None)
         if light is None:
             raise UsageError("validation compares a spot light with a shadow; there is none")
         self.light = light
@@ -213,35 +210,14 @@ class Validation:
         return np.asarray(way / np.linalg.norm(way, axis=2, keepdims=True))
 
     def _near_edge(self, chosen: Mask, map_size: int) -> Mask:
-        """(h, w) those of `chosen` with a place nearby that is lit unlike them.
-
-        Looked for on two rings round each place as the light sees it, on the plane of the
-        triangle; where a ring leaves the plane, the map's texels see it edge-on. A dark place is
-        near an edge, too, if light passes by at its own distance from the light.
-        """
+        """(h, w) those of `chosen` with a place nearby that is lit unlike them."""
         points, normals = self.truth.position[chosen], self.truth.face_normal[chosen]
-        lit = self.truth.lit[chosen]
-        axis = self.light.direction
-        right = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-        right /= np.linalg.norm(right)
-        texel = 2 * math.tan(self.light.half_angle) / map_size  # at a distance of one
-        away = points - self.light.position
-        along = away @ axis
-        height = (away * normals).sum(axis=1)
-        near = np.zeros(len(points), bool)
-        for radius in (EDGE_TEXELS / 2, EDGE_TEXELS):
-            for angle in np.arange(8) * (math.pi / 4):
-                aside = right * math.cos(angle) + np.cross(axis, right) * math.sin(angle)
-                ray = away + aside * (radius * texel * along)[:, np.newaxis]
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    reach = height / (ray * normals).sum(axis=1)
-                on_plane = (reach > 0) & (reach < 2)
-                places = self.light.position + ray * np.where(on_plane, reach, 1)[:, np.newaxis]
-                near |= ~on_plane | (self._is_lit(places, normals) != lit)
-                beside = self.light.position + ray[~lit]
-                near[~lit] |= self._is_lit(beside, normals[~lit])
+        lit, light = self.truth.lit[chosen], self.light
+        texel = 2 * math.tan(light.half_angle) / map_size  # at a distance of one
+        along = (points - light.position) @ light.direction
+        radii = tuple(share * EDGE_TEXELS * texel * along for share in (0.5, 1.0))
         result = np.zeros_like(chosen)
-        result[chosen] = near
+        result[chosen] = near_edge(points, normals, lit, light, radii, self._is_lit)
         return result
 
     def _is_lit(self, places: Numbers, normals: Numbers) -> Mask:

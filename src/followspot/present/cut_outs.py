@@ -19,8 +19,7 @@ class CutOuts:
     """The alpha of a scene's cut-out materials, looked up as the GPU does at its finest level."""
 
     def __init__(self, scene: Scene) -> None:
-        material = np.repeat(scene.mesh.faces["material"], scene.mesh.faces["index_count"] // 3)
-        self._material = material
+        self._material = scene.mesh.material_of_triangle
         self._materials = scene.materials
         self._corners = scene.mesh.indices.reshape(-1, 3)
         self._texcoords = scene.mesh.vertices["texcoord"].astype(np.float64)

@@ -25,7 +25,7 @@ from followspot.errors import UsageError
 from followspot.passes.view import View
 from followspot.present import arguments, video, workers
 from followspot.present.frames import Film, FilmCamera, Picture, exposure_for
-from followspot.present.renderer import view_named
+from followspot.present.renderer import named
 from followspot.present.still import Wish, open_scene
 from followspot.present.video import Shape, Written
 from followspot.scene import auto_path
@@ -179,7 +179,7 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
     Raises:
         AssetError, ContextError, UsageError: as `run`.
     """
-    size, view = arguments.parse_size(wish.size), view_named(wish.view)
+    size, view = arguments.parse_size(wish.size), named(View, wish.view)
     if view is View.SHADOW_MAP:
         raise UsageError("--view: a film shows what a camera sees, not shadow-map")
     even = tuple(edge + edge % 2 for edge in size)

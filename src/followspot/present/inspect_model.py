@@ -12,21 +12,14 @@ from rich.table import Table
 from followspot.assets import image
 from followspot.assets.animation import Animation
 from followspot.assets.archive import Archive
-from followspot.assets.locate import search_path
 from followspot.assets.md2 import Md2Model, read_md2
 from followspot.assets.md3 import Md3Model, read_md3
-from followspot.assets.model_file import (
-    MODEL_SUFFIXES,
-    find_model_image,
-    images_beside,
-    locate_model,
-)
+from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image, images_beside
 from followspot.assets.player import Player, load_player
 from followspot.assets.shader_parser import load_scripts
-from followspot.assets.shader_script import lookup_name
-from followspot.scene import material
-
-PLAYER = "player:"
+from followspot.scene import figure_file
+from followspot.scene.figure_file import PLAYER, FigureFiles
+from followspot.scene.load import search_roots
 
 
 def is_model(name: str) -> bool:
@@ -44,12 +37,11 @@ def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
     Raises:
         AssetError: The model cannot be read.
     """
-    search = search_path(assets)
-    if name.startswith(PLAYER):
-        with Archive.open(search) as archive:
-            return {"name": name, **_player(archive, load_player(archive, name[len(PLAYER) :]))}
-    archive, entry = locate_model(name, search)
+    archive, entry = figure_file.open_archive(name, search_roots(assets))
     with archive:
+        if name.startswith(PLAYER):
+            player = load_player(archive, name.removeprefix(PLAYER))
+            return {"name": name, **_player(archive, player)}
         data, source = archive.read(entry), archive.source(entry)
         if entry.endswith(".md2"):
             return {"name": name, **_md2(archive, entry, read_md2(data, source))}
@@ -78,29 +70,6 @@ def tell(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
         console.print(f"missing: {missing['name']} (tried {tried})", style="red", markup=False)
     for problem in found["problems"]:
         console.print(f"passed over: {problem}", style="yellow", markup=False)
-
-
-class _Images:
-    """Finds what surfaces wear, through shader scripts as levels do; keeps what is missing."""
-
-    def __init__(self, archive: Archive, entry: str | None) -> None:
-        self.archive = archive
-        self.entry = entry
-        self.scripts = load_scripts(archive)
-        self.missing: dict[str, list[str]] = {}
-
-    def find(self, name: str) -> str | None:
-        """Path of the image that a shader's or an image's name comes down to."""
-        return material.from_script(name, self.scripts.get(lookup_name(name)), self._find).image
-
-    def _find(self, name: str) -> str | None:
-        if self.entry is None:
-            found, tried = image.find_image(self.archive, name)
-        else:
-            found, tried = find_model_image(self.archive, self.entry, name)
-        if found is None:
-            self.missing[name] = tried
-        return found
 
 
 def _md2(archive: Archive, entry: str, model: Md2Model) -> dict[str, Any]:
@@ -133,21 +102,22 @@ def _md2(archive: Archive, entry: str, model: Md2Model) -> dict[str, Any]:
 
 
 def _md3(archive: Archive, entry: str, model: Md3Model) -> dict[str, Any]:
-    images = _Images(archive, entry)
+    files = FigureFiles(archive, load_scripts(archive).find)
+    shaders = [next(iter(surface.shaders), None) for surface in model.surfaces]
     return {
         "file": model.source,
         "counts": _counts([model]),
         "bounds": _bounds([surface.positions for surface in model.surfaces]),
-        "surfaces": _surfaces(model, [next(iter(s.shaders), None) for s in model.surfaces], images),
+        "surfaces": _surfaces(model, shaders, files, entry),
         "tags": list(model.tags),
         "animations": [],
-        "missing": _missing(images.missing),
+        "missing": _missing(files.missing),
         "problems": [],
     }
 
 
 def _player(archive: Archive, player: Player) -> dict[str, Any]:
-    images = _Images(archive, None)
+    files = FigureFiles(archive, load_scripts(archive).find)
     config = player.config
     return {
         "file": f"models/players/{player.name}",
@@ -165,7 +135,7 @@ def _player(archive: Archive, player: Player) -> dict[str, Any]:
         "surfaces": [
             {"part": name, **surface}
             for name, part in player.parts.items()
-            for surface in _surfaces(part.model, part.textures, images)
+            for surface in _surfaces(part.model, part.textures, files, None)
         ],
         "sex": config.sex,
         "footsteps": config.footsteps,
@@ -173,7 +143,7 @@ def _player(archive: Archive, player: Player) -> dict[str, Any]:
         "fixed_legs": config.fixed_legs,
         "fixed_torso": config.fixed_torso,
         "animations": _animations(config.animations),
-        "missing": _missing(images.missing),
+        "missing": _missing(files.missing),
         "problems": [str(problem) for problem in player.problems],
     }
 
@@ -203,18 +173,22 @@ def _bounds(positions: Sequence[Any]) -> dict[str, Any]:
 
 
 def _surfaces(
-    model: Md3Model, textures: Sequence[str | None], images: _Images
+    model: Md3Model, textures: Sequence[str | None], files: FigureFiles, entry: str | None
 ) -> list[dict[str, Any]]:
-    return [
-        {
-            "name": surface.name,
-            "triangles": len(surface.indices) // 3,
-            "vertices": len(surface.texcoords),
-            "texture": texture,
-            "image": images.find(texture) if texture and surface.indices.size else None,
-        }
-        for surface, texture in zip(model.surfaces, textures, strict=True)
-    ]
+    """Rows of surfaces; what they wear is found through shader scripts, as levels do."""
+    rows: list[dict[str, Any]] = []
+    for surface, texture in zip(model.surfaces, textures, strict=True):
+        shown = texture if surface.indices.size else None
+        rows.append(
+            {
+                "name": surface.name,
+                "triangles": len(surface.indices) // 3,
+                "vertices": len(surface.texcoords),
+                "texture": texture,
+                "image": files.material(shown, entry).image if shown else None,
+            }
+        )
+    return rows
 
 
 def _animations(animations: Mapping[str, Animation]) -> list[dict[str, Any]]:

@@ -226,6 +226,7 @@ def _look_up(
     around = depths[np.ix_(rows - bottom, columns - left)]
     compared = min(max(float(divided[2]), 0.0), 1.0)
     column, row = (min(max(int(at), 0), size - 1) for at in place)
+    tile = shadow.tiles[number]
     stored = shadow.read_depths(number, (column, size - 1 - row, 1, 1), size)
     return ShadowLookup(
         light=light.name or str(number),
@@ -233,8 +234,8 @@ def _look_up(
         divided=divided,
         texel=(column, size - 1 - row),
         stored=float(stored[0, 0]),
-        stored_distance=float(shadow.distances(number, stored)[0, 0]),
-        compared_distance=float(shadow.distances(number, np.array(divided[2]))),
+        stored_distance=float(tile.distances(stored)[0, 0]),
+        compared_distance=float(tile.distances(divided[2])),
         arrives=float(weights[1] @ (np.float32(compared) <= around) @ weights[0]),
         is_lit=_is_lit(light, position, normal),
     )

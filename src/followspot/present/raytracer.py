@@ -112,7 +112,7 @@ class RayTracer:
         self._mesh = scene.mesh
         self._metres = scene.metres_per_unit
         self._albedo = albedo
-        material = np.repeat(scene.mesh.faces["material"], scene.mesh.faces["index_count"] // 3)
+        material = scene.mesh.material_of_triangle
         materials = scene.materials
         casts = np.array([m.blend is None for m in materials], bool)
         cut_out = np.array([m.alpha_test is not None for m in materials], bool)

@@ -1,11 +1,9 @@
 """Pictures of a scene as NumPy arrays: the Python API, and what every command draws with."""
 
-import time as clock
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import replace
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import moderngl
 import numpy as np
@@ -14,6 +12,7 @@ from numpy.typing import NDArray
 from followspot.errors import UsageError
 from followspot.gpu.context import create_context, is_software
 from followspot.gpu.gpu_scene import GpuScene
+from followspot.gpu.program import ShaderError
 from followspot.gpu.targets import Part, Target
 from followspot.gpu.timers import PassTimers
 from followspot.passes import lighting
@@ -21,6 +20,7 @@ from followspot.passes.frame import PASSES, FrameInput, FramePipeline, FrameRepo
 from followspot.passes.overlay import Overlay
 from followspot.passes.shadow_preview import ShadowPreview
 from followspot.passes.view import View
+from followspot.present.exposure import automatic
 from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
@@ -28,13 +28,7 @@ from followspot.scene.settings import Settings
 Pictures = dict[str, NDArray[Any]]
 """By view; a view's value is as good a key: ``pictures["final"]``."""
 
-_MIDDLE = 0.18
-_HIGHLIGHT = 0.65
-_BRIGHT_PERCENT = 95
-_SKY = 0.8
-_MAX_EXPOSURE = 1e6
-"""Linear display values that automatic exposure aims at: for the surfaces' geometric mean, for the
-luminance that so many percent of them stay below, and for the sky's median."""
+Choice = TypeVar("Choice", View, Overlay)
 
 
 class Renderer:
@@ -66,6 +60,7 @@ class Renderer:
         self._gpu_scene: GpuScene | None = None
         self._pipeline: FramePipeline | None = None
         self._preview: ShadowPreview | None = None
+        self._timers: PassTimers | None = None
 
     @property
     def gl_renderer(self) -> str:
@@ -83,7 +78,11 @@ class Renderer:
         self._context.__enter__()  # type: ignore[no-untyped-call]  # moderngl's exit would leave another one, or none, current
 
     def open(self, scene: Scene) -> GpuScene:
-        """Upload a scene, in place of the one before. `render` does so by itself."""
+        """Upload a scene, in place of the one before. `render` does so by itself.
+
+        Raises:
+            AssetError: a figure of it is too large for this OpenGL.
+        """
         now = self._gpu_scene
         if now is not None and all(
             getattr(now.scene, part) is getattr(scene, part) for part in ("level", "sky", "crowd")
@@ -91,9 +90,14 @@ class Renderer:
             return now
         self._drop_scene()
         self._make_current()
-        self._gpu_scene = GpuScene(self._context, scene)
-        self._pipeline = FramePipeline(self._context, self._gpu_scene)
-        return self._gpu_scene
+        opened = GpuScene(self._context, scene)
+        try:
+            self._pipeline = FramePipeline(self._context, opened)
+        except ShaderError:  # somebody is editing one: nothing is open then
+            opened.release()
+            raise
+        self._gpu_scene = opened
+        return opened
 
     def render(
         self,
@@ -130,8 +134,8 @@ class Renderer:
         """
         camera = scene.camera(camera) if not isinstance(camera, Camera) else camera
         settings = scene.settings if settings is None else settings
-        wanted = [view_named(view) for view in views]
-        shown = frozenset(overlay_named(overlay) for overlay in overlays)
+        wanted = [named(View, view) for view in views]
+        shown = frozenset(named(Overlay, overlay) for overlay in overlays)
         if isinstance(culled_from, str):
             culled_from = scene.camera(culled_from)
         if shown and linear:
@@ -183,32 +187,14 @@ class Renderer:
         return self._targets[linear]
 
     def pass_times(self, frame: FrameInput) -> dict[str, float]:
-        """Draw one frame of the open scene and tell each pass's GPU time in ms.
-
-        A software rasteriser puts its work off until somebody waits for it, so that timer queries
-        see next to nothing of it; there each pass is waited for on its own.
-        """
+        """Draw one frame of the open scene and tell each pass's GPU time in ms."""
         assert self._pipeline is not None, "open a scene first"
         self.draw(frame)  # makes what is missing, so that only drawing is timed
-        if is_software(self.gl_renderer):
-            return self._times_waited(frame, self._pipeline)
-        timers = PassTimers(self._context, PASSES)
-        self._pipeline.draw(frame, self._targets[False], timers)
-        return timers.read_ms()
-
-    def _times_waited(self, frame: FrameInput, pipeline: FramePipeline) -> dict[str, float]:
-        ms: dict[str, float] = {}
-
-        @contextmanager
-        def timed(name: str) -> Iterator[None]:
-            self._context.finish()
-            start = clock.perf_counter()
-            yield
-            self._context.finish()
-            ms[name] = (clock.perf_counter() - start) * 1e3
-
-        pipeline.draw(frame, self._targets[False], timed)
-        return {name: ms[name] for name in PASSES}
+        if self._timers is None:
+            waits = is_software(self.gl_renderer)
+            self._timers = PassTimers(self._context, PASSES, waits=waits)
+        self._pipeline.draw(frame, self._targets[False], self._timers)
+        return self._timers.read_ms()
 
     def resize(self, size: tuple[int, int]) -> None:
         """Draw pictures of another size from now on."""
@@ -262,12 +248,7 @@ class Renderer:
         view: View = View.FINAL,
         time: float = 0.0,
     ) -> float:
-        """The display value per radiance: the settings' own, or one that suits a view.
-
-        The automatic one brings the geometric mean of the surfaces' luminances to `_MIDDLE` (the
-        log-average of Reinhard et al., Photographic Tone Reproduction for Digital Images, 2002),
-        unless more than a few percent of them, or most of the sky, would burn out.
-        """
+        """The display value per radiance: the settings' own, or one that suits a view."""
         settings = scene.settings if settings is None else settings
         if settings.exposure is not None:
             return settings.exposure
@@ -275,20 +256,7 @@ class Renderer:
         lights = lighting.in_order(scene.lights)
         frame = FrameInput(scene, camera, lights, settings, 1.0, view, time)
         self.draw(frame, linear=True)
-        self._make_current()
-        step = max(1, min(self.size) // 100)  # so many places are enough
-        values = self._targets[True].read(components=4)[::step, ::step].reshape(-1, 4)
-        luminance = values[:, :3] @ np.array([0.2126, 0.7152, 0.0722], np.float32)
-        luminance = np.where(np.isfinite(luminance), luminance, 0)
-        is_surface = values[:, 3] > 0.5
-        surface, sky = luminance[is_surface & (luminance > 0)], luminance[~is_surface]
-        limits = [_MAX_EXPOSURE]
-        if len(surface):
-            limits.append(_MIDDLE / float(np.exp(np.log(surface).mean())))
-            limits.append(_HIGHLIGHT / float(np.percentile(surface, _BRIGHT_PERCENT)))
-        if len(sky) and np.median(sky) > 0:
-            limits.append(_SKY / float(np.median(sky)))
-        return min(limits)
+        return automatic(self._targets[True].read(components=4))
 
     def has_shadow_map(self, scene: Scene, settings: Settings) -> bool:
         """Whether the scene's key light has a shadow map under these settings."""
@@ -327,30 +295,19 @@ class Renderer:
         self.close()
 
 
-def view_named(view: View | str) -> View:
-    """A view by its value.
+def named(kind: type[Choice], value: str) -> Choice:
+    """A view or overlay by its value.
 
     Raises:
         UsageError: there is none; lists those that exist.
     """
     try:
-        return View(view)
+        return kind(value)
     except ValueError:
-        names = ", ".join(v.value for v in View)
-        raise UsageError(f"no view is named {view!r}; there are {names}") from None
-
-
-def overlay_named(overlay: Overlay | str) -> Overlay:
-    """An overlay by its value.
-
-    Raises:
-        UsageError: there is none; lists those that exist.
-    """
-    try:
-        return Overlay(overlay)
-    except ValueError:
-        names = ", ".join(o.value for o in Overlay)
-        raise UsageError(f"no overlay is named {overlay!r}; there are {names}") from None
+        names = ", ".join(one.value for one in kind)
+        raise UsageError(
+            f"no {kind.__name__.lower()} is named {value!r}; there are {names}"
+        ) from None
 
 
 def _stretched(distance: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from followspot.errors import UsageError
+from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
-from followspot.present.renderer import Renderer, overlay_named, view_named
+from followspot.present.renderer import Renderer, named
 from followspot.scene import figure_file
 from followspot.scene.camera import Camera
 from followspot.scene.load import Step, load, load_figure, with_chosen_light
@@ -73,9 +74,9 @@ def render(name: str, output: Path, wish: Wish) -> None:
         UsageError: something in the wish makes no sense, or the file cannot be written.
     """
     linear = pictures.is_linear(output)
-    view = view_named(wish.view)
+    view = named(View, wish.view)
     size = arguments.parse_size(wish.size)
-    overlays = [overlay_named(each.strip()) for each in (wish.overlays or "").split(",") if each]
+    overlays = [named(Overlay, each.strip()) for each in (wish.overlays or "").split(",") if each]
     scene, camera = open_scene(name, wish)
     culled_from = None
     if wish.culled_from is not None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from followspot.assets.image import linear_to_srgb, srgb_to_linear
+from followspot.assets.image import linear_to_srgb
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
 from followspot.present.comparison import (
@@ -26,6 +26,7 @@ from followspot.present.comparison import (
 from followspot.present.cut_outs import Mask, Numbers
 from followspot.present.raytracer import load_mitsuba
 from followspot.present.renderer import Renderer
+from followspot.present.sky_irradiance import irradiance, radiance
 from followspot.present.still import Wish, open_scene
 from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
@@ -149,34 +150,6 @@ def measure(
     return figures, made
 
 
-def sky_irradiance(sky: CubeMap, normals: Numbers, edge: int = 32) -> Numbers:
-    """What a surface gets from every texel of a sky, for a texel value of 1 per W/(m^2 sr).
-
-    Args:
-        sky: Brought to faces of `edge` texels, averaged in linear light.
-        normals: (n, 3) unit, world.
-        edge: A power of two; texels of 1/32 are small beside a cosine.
-
-    Returns:
-        (n, 3) the integral of max(0, n . w) L(w) over all directions, in W/m^2.
-    """
-    linear = srgb_to_linear(sky.faces[..., :3] / 255.0)
-    repeats = max(1, edge // linear.shape[1])
-    linear = linear.repeat(repeats, axis=1).repeat(repeats, axis=2)
-    run = linear.shape[1] // edge
-    texels = linear.reshape(6, edge, run, edge, run, 3).mean(axis=(2, 4))
-    s, t = np.meshgrid(*(2 * [(np.arange(edge) + 0.5) / edge * 2 - 1]))
-    one = np.ones_like(s)
-    # OpenGL 3.3, table 3.10: which way the texel at (s, t) of each face lies.
-    faces = [(one, -t, -s), (-one, -t, s), (s, one, t), (s, -one, -t), (s, -t, one), (-s, -t, -one)]
-    ways = np.stack([np.stack(face, axis=-1) for face in faces])
-    length = np.linalg.norm(ways, axis=-1, keepdims=True)
-    solid_angle = (2 / edge) ** 2 / length**3
-    ways, light = (ways / length).reshape(-1, 3), (texels * solid_angle).reshape(-1, 3)
-    chunks = np.array_split(normals, max(1, len(normals) // 1024))
-    return np.concatenate([np.maximum(chunk @ ways.T, 0) @ light for chunk in chunks])
-
-
 def _environment(
     renderer: Renderer, both: Validation, camera: Camera, comparison: Comparison
 ) -> EnvironmentFigures:
@@ -199,8 +172,8 @@ def _environment(
     truth = both.tracer.under_constant_sky(normals, 0.7)[which.ravel()]
     constant_worst = float(np.abs(uniform / truth - 1).max())
 
-    irradiance = sky_irradiance(scene.sky, normals) * scene.environment_constant
-    truth = (albedo * (irradiance / math.pi + scene.ambient))[which.ravel()].sum(axis=1)
+    whole = irradiance(normals, [radiance(scene.sky)])[0] * scene.environment_constant
+    truth = (albedo * (whole / math.pi + scene.ambient))[which.ravel()].sum(axis=1)
     error = np.abs(drawn(scene).sum(axis=1) / np.maximum(truth, 1e-9) - 1)
     return EnvironmentFigures(constant_worst, float(error.mean()), float(error.max()))
 

@@ -7,22 +7,19 @@ far as the walls permit, and the camera looks ahead along it, turning slowly.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
 from followspot.errors import UsageError
-from followspot.scene import bsp_tree
+from followspot.scene.lattice import ROOM, Lattice
 from followspot.scene.level import Level
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.path import CameraPath, Key
 from followspot.scene.scene import Scene, spawn_cameras
 
 Array = NDArray[np.float64]
-Cells = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 MARGIN = 16.0
 """Units that the camera keeps from every wall, along each axis."""
@@ -39,10 +36,6 @@ LONGEST = 120.0
 ACCELERATION = 250.0
 """Units per second squared, at most, in bends and before them."""
 
-_ROOM = 21.0  # units that are asked for on the way: what comes between points may lose some
-_SPACING = 22.0  # units between lattice points, or more where there would be too many; a gateway of
-# 64 units, the usual width, leaves 64 - 2 * 21 for them, so that one always fits
-_MAX_POINTS = 600_000
 _STEP = 4.0  # units between points of the curve
 _BLUR = 96.0  # units, a standard deviation
 _LOOK_AHEAD = 220.0  # units
@@ -62,102 +55,6 @@ def find(scene: Scene, seconds: float) -> CameraPath:
     return _with_camera(scene.level, curve, seconds, _speed(lattice))
 
 
-@dataclass(frozen=True, eq=False)
-class Lattice:
-    """Points in the level's box, a fixed distance apart, and which of them are in open space.
-
-    Points are known by one number each; a step along an axis adds or subtracts a fixed one.
-
-    Attributes:
-        origin: (3,) world place of point 0.
-        spacing: Units between neighbours.
-        shape: Points along each axis; the outermost are never open.
-        open: (points,) bool, those in the largest connected part.
-        steps: (6,) what leads to a neighbour: +x, -x, +y, -y, +z, -z.
-    """
-
-    origin: Array
-    spacing: float
-    shape: tuple[int, ...]
-    open: Mask
-    steps: Cells
-
-    @classmethod
-    def of(cls, level: Level) -> "Lattice":
-        """The lattice of a level."""
-        mins, maxs = (level.bsp.models[name][0].astype(np.float64) for name in ("mins", "maxs"))
-        extent = np.maximum(maxs - mins, 1.0)
-        spacing = _SPACING
-        while np.prod(np.ceil(extent / spacing) + 1) > _MAX_POINTS:
-            spacing *= 1.05
-        inner = np.ceil(extent / spacing).astype(np.int64)
-        shape = tuple((inner + 2).tolist())
-        origin = mins - spacing / 2
-        index = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)
-        points = origin + index.reshape(-1, 3) * spacing
-        inside = ((index > 0) & (index <= inner)).all(axis=-1).ravel()
-        is_open = (
-            inside & ~bsp_tree.leaf_is_solid(level.bsp)[bsp_tree.point_leafs(level.bsp, points)]
-        )
-        # Boxes that touch: what is free around two neighbours is free all the way between them.
-        room = OpenSpace(level, max(spacing / 2, _ROOM))
-        is_open[is_open] = room.is_free(points[is_open])
-        strides = (shape[1] * shape[2], shape[2], 1)
-        steps = np.array([sign * stride for stride in strides for sign in (1, -1)])
-        eyes = np.array([camera.position for camera in spawn_cameras(level.bsp).values()])
-        lattice = cls(origin, spacing, shape, is_open, steps)
-        return cls(origin, spacing, shape, lattice._main_part(eyes), steps)
-
-    def points(self, cells: Cells) -> Array:
-        """(n, 3) world places of lattice points."""
-        index = np.stack(np.unravel_index(cells, self.shape), axis=-1)
-        return np.asarray(self.origin + index * self.spacing)
-
-    def nearest(self, place: Array, within: float) -> int | None:
-        """The open lattice point nearest to a world place, if one is near enough."""
-        low = np.floor((place - within - self.origin) / self.spacing)
-        high = np.ceil((place + within - self.origin) / self.spacing) + 1
-        ends = np.clip([low, high], 0, self.shape).astype(np.int64)
-        window = np.meshgrid(*map(np.arange, *ends), indexing="ij")
-        cells = np.asarray(np.ravel_multi_index([axis.ravel() for axis in window], self.shape))
-        cells = cells[self.open[cells]]
-        distance = np.linalg.norm(self.points(cells) - place, axis=1)
-        if not len(cells) or distance.min() > within:
-            return None
-        return int(cells[distance.argmin()])
-
-    def _main_part(self, eyes: Array) -> Mask:
-        """The largest connected part, of those that hold spawn points if any do."""
-        reach = 3 * self.spacing
-        starts = [cell for eye in eyes if (cell := self.nearest(eye, reach)) is not None]
-        left, best = self.open.copy(), np.zeros_like(self.open)
-        for start in starts:
-            if left[start]:
-                best = max(best, self._flood(start, left), key=np.count_nonzero)
-        while not starts and np.count_nonzero(left) > np.count_nonzero(best):
-            best = max(best, self._flood(int(left.argmax()), left), key=np.count_nonzero)
-        return best
-
-    def _flood(self, start: int, left: Mask) -> Mask:
-        """All that is connected to a point; taken out of `left`."""
-        part = np.zeros_like(left)
-        front = np.array([start])
-        while front.size:
-            part[front], left[front] = True, False
-            around = (front[:, np.newaxis] + self.steps).ravel()
-            front = np.unique(around[left[around]])
-        return part
-
-    def grown(self, mask: Mask, times: int) -> Mask:
-        """A mask of points with their neighbours, again and again; only open points."""
-        for _ in range(times):
-            spread = mask.copy()
-            for step in self.steps.tolist():
-                spread |= np.roll(mask, step)  # the rim is never open: nothing comes round
-            mask = spread & self.open
-        return mask
-
-
 def _speed(lattice: Lattice) -> float:
     extent = np.cbrt(np.count_nonzero(lattice.open)) * lattice.spacing
     return min(SPEED, float(extent) / 2)
@@ -166,19 +63,6 @@ def _speed(lattice: Lattice) -> float:
 def _passed_from(lattice: Lattice) -> float:
     """Units from which a stop counts as passed."""
     return 200.0 * _speed(lattice) / SPEED
-
-
-def _clearance(lattice: Lattice, most: int) -> NDArray[np.int64]:
-    """(points,) how many steps away what is not open is, from 1 to `most`; 0 there itself."""
-    count = lattice.open.astype(np.int64)
-    inner = lattice.open
-    for _ in range(most - 1):
-        eroded = inner.copy()
-        for step in lattice.steps.tolist():
-            eroded &= np.roll(inner, step)
-        inner = eroded
-        count += inner
-    return count
 
 
 def _stops(scene: Scene, lattice: Lattice) -> tuple[list[int], int]:
@@ -191,7 +75,7 @@ def _stops(scene: Scene, lattice: Lattice) -> tuple[list[int], int]:
     eyes = [camera.position + up for camera in spawn_cameras(scene.level.bsp).values()]
     snapped = [lattice.nearest(eye, 160.0) for eye in eyes]
     stops = list(dict.fromkeys(cell for cell in snapped if cell is not None))
-    clearance = _clearance(lattice, 4)
+    clearance = lattice.clearance(4)
     low = lattice.grown(lattice.open & ~np.roll(lattice.open, -lattice.steps[5]), 4)
     candidates = np.flatnonzero((clearance >= min(3, clearance.max(initial=0))) & low)
     if not stops and not len(candidates):
@@ -215,7 +99,7 @@ def _stops(scene: Scene, lattice: Lattice) -> tuple[list[int], int]:
 def _tour(lattice: Lattice, stops: list[int], start: int, seconds: float) -> Array:
     """(n, 3) lattice points on the way from stop to stop, long enough for the film."""
     wanted = 2 * _speed(lattice) * min(seconds, LONGEST) + 4 * _LOOK_AHEAD
-    cost = np.where(lattice.open, 5 - _clearance(lattice, 4), 0)
+    cost = np.where(lattice.open, 5 - lattice.clearance(4), 0)
     places = lattice.points(np.array(stops))
     passed = np.array(stops) == start
     route = [start]
@@ -224,7 +108,7 @@ def _tour(lattice: Lattice, stops: list[int], start: int, seconds: float) -> Arr
         if passed.all():
             passed = np.array(stops) == route[-1]
             trodden[:] = False
-        leg = _way(lattice, cost + 6 * trodden * lattice.open, route[-1], np.array(stops)[~passed])
+        leg = lattice.way(cost + 6 * trodden * lattice.open, route[-1], np.array(stops)[~passed])
         route += leg[1:]
         on_leg = np.zeros_like(lattice.open)
         on_leg[leg] = True
@@ -235,62 +119,13 @@ def _tour(lattice: Lattice, stops: list[int], start: int, seconds: float) -> Arr
     return lattice.points(np.array(route))
 
 
-def _way(lattice: Lattice, cost: NDArray[np.int64], start: int, goals: Cells) -> list[int]:
-    """The cheapest way to one of the goals: Dijkstra, all points of one distance at a time.
-
-    Args:
-        lattice: Where.
-        cost: (points,) small whole numbers, what entering a point costs; 0 where none may.
-        start: Where from.
-        goals: Where to, whichever is nearest.
-
-    Returns:
-        Lattice points from start to goal, both included.
-    """
-    far = np.iinfo(np.int32).max
-    distance = np.full(len(cost), far, np.int32)
-    distance[start] = 0
-    waiting = {0: [np.array([start])]}
-    now = 0
-    while waiting and not (distance[goals] <= now).any():
-        front = np.unique(np.concatenate(waiting.pop(now, [goals[:0]])))
-        front = front[distance[front] == now]
-        around = (front[:, np.newaxis] + lattice.steps).ravel()
-        around = around[cost[around] > 0]
-        reached = now + cost[around]
-        better = reached < distance[around]
-        around, reached = around[better], reached[better]
-        distance[around] = reached
-        for value in np.unique(reached).tolist():
-            waiting.setdefault(value, []).append(around[reached == value])
-        now += 1
-    goal = int(goals[distance[goals].argmin()])
-    if distance[goal] == far:
-        return [start]
-    return _back(lattice, cost, distance, goal)
-
-
-def _back(
-    lattice: Lattice, cost: NDArray[np.int64], distance: NDArray[np.int32], goal: int
-) -> list[int]:
-    """From a goal back to where its distance is 0, turning at every chance: diagonals."""
-    way, last = [goal], -1
-    while distance[way[-1]]:
-        around = way[-1] + lattice.steps
-        fits = np.flatnonzero(distance[around] == distance[way[-1]] - cost[way[-1]])
-        turns = [k for k in fits.tolist() if k // 2 != last // 2]
-        last = turns[0] if turns else int(fits[0])
-        way.append(int(around[last]))
-    return way[::-1]
-
-
 def _smoothed(level: Level, points: Array) -> Array:
     """(n, 3) points _STEP apart on a smooth curve near a route, free of walls.
 
     First the route is pulled straight like a rubber band, which stays in roomy places once it is
     there; then it is blurred, as widely as the walls permit from place to place.
     """
-    tight, roomy = OpenSpace(level, _ROOM), OpenSpace(level, 2 * MARGIN)
+    tight, roomy = OpenSpace(level, ROOM), OpenSpace(level, 2 * MARGIN)
     points = _pulled(points, tight, roomy, 100)
     points = _pulled(_freed(_spaced(points, _STEP), tight), tight, roomy, 60)
     width = np.full(len(points), _BLUR / _STEP)  # standard deviations of the blur, in steps

@@ -70,7 +70,6 @@ class Box:
 STANDING = Box(vec3((-15, -15, -24)), vec3((15, 15, 32)))
 """A player (the game's ``playerMins``, ``playerMaxs``)."""
 CROUCHING = Box(vec3((-15, -15, -24)), vec3((15, 15, 16)))
-POINT = Box(vec3((0, 0, 0)), vec3((0, 0, 0)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -84,7 +84,7 @@ class FigureFiles:
             player = name.removeprefix(PLAYER)
             loaded = load_player(self._archive, f"{player}/{skin}" if skin else player)
             self.problems += loaded.problems
-            return figure.from_player(loaded, lambda worn: self._material(worn, None))
+            return figure.from_player(loaded, lambda worn: self.material(worn, None))
         entry = normalise(name)
         if not entry.endswith(MODEL_SUFFIXES):
             expected = f"player:NAME or a file {' or '.join(MODEL_SUFFIXES)}"
@@ -95,10 +95,10 @@ class FigureFiles:
             return figure.from_md2(name, model, self._md2_skin(entry, model, skin))
         parts = read_md3(data, source)
         textures = self._md3_textures(entry, parts, skin)
-        return figure.from_md3(name, parts, textures, lambda worn: self._material(worn, entry))
+        return figure.from_md3(name, parts, textures, lambda worn: self.material(worn, entry))
 
-    def _material(self, name: str, entry: str | None) -> Material:
-        """The material of a shader's or an image's name; images may lie beside a model."""
+    def material(self, name: str, entry: str | None) -> Material:
+        """The material of a shader's or an image's name; images may lie beside a model's entry."""
 
         def find(wanted: str) -> str | None:
             if entry is None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from followspot import spaces
 from followspot.assets.bsp import BspFile
+from followspot.assets.image import LUMINANCE
 from followspot.assets.shader_values import Sun
 from followspot.scene import bsp_tree
 from followspot.scene.camera import Camera
@@ -81,7 +82,7 @@ def _with_irradiance(light: SpotLight, metres: float) -> SpotLight:
 
 def ambient(sky_mean: NDArray[np.float64]) -> float:
     """Radiance in W/(m^2 sr) to add from all around, where a sky of this mean (3,) is too dark."""
-    return max(0.0, FILL - float(sky_mean @ (0.2126, 0.7152, 0.0722)))
+    return max(0.0, FILL - float(sky_mean @ LUMINANCE))
 
 
 def _sun_share(bsp: BspFile, to_sun: Vec3, camera: Camera) -> float:
@@ -169,17 +170,8 @@ def _scores(distances: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _ahead(camera: Camera) -> NDArray[np.float64]:
     """(n, 3) unit vectors spread over what a camera sees, and a little beside it."""
-    directions = _directions(1024)
+    directions = spaces.directions_around(1024)
     return directions[directions @ camera.forward > math.cos(math.radians(50))]
-
-
-def _directions(count: int) -> NDArray[np.float64]:
-    """(count, 3) unit vectors spread evenly over the sphere (a Fibonacci lattice)."""
-    k = np.arange(count) + 0.5
-    z = 1 - 2 * k / count
-    angle = math.pi * (1 + math.sqrt(5)) * k
-    radius = np.sqrt(1 - z * z)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
 
 
 def _look(bsp: BspFile, eye: Vec3, directions: NDArray[np.float64]) -> NDArray[np.float64]:

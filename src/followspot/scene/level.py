@@ -1,5 +1,6 @@
 """From the records of a BSP file to one mesh, its materials and what can see what."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -167,6 +168,18 @@ def entity_vector(entity: dict[str, str], key: str) -> NDArray[np.float64] | Non
     except (KeyError, ValueError):
         return None
     return vector if vector.shape == (3,) and np.isfinite(vector).all() else None
+
+
+def entity_angles(entity: dict[str, str]) -> tuple[float, float]:
+    """(yaw, pitch) in degrees of an entity's ``angles`` or ``angle``; 0 if malformed."""
+    angles = entity_vector(entity, "angles")
+    if angles is not None:
+        return float(angles[1]), float(angles[0])
+    try:
+        yaw = float(entity.get("angle", "0"))
+    except ValueError:
+        return 0.0, 0.0
+    return (yaw if math.isfinite(yaw) else 0.0), 0.0
 
 
 def _moved_vertices(

@@ -7,6 +7,7 @@ Rendering, 4th ed., 4.1 (radiometry) and 12.1-12.2 (point and spot lights).
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from followspot import spaces
@@ -88,3 +89,8 @@ class SpotLight:
 
 
 Light = PointLight | SpotLight
+
+
+def casting(lights: Iterable[Light]) -> tuple[SpotLight, ...]:
+    """Those that have a shadow map, in their order; the first one is the key light."""
+    return tuple(x for x in lights if isinstance(x, SpotLight) and x.casts_shadow)

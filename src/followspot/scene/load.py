@@ -15,7 +15,6 @@ from followspot.assets.locate import locate_level, search_path
 from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.assets.model_file import root_of
 from followspot.assets.shader_parser import load_scripts
-from followspot.assets.shader_script import ShaderScript, lookup_name
 from followspot.errors import AssetError
 from followspot.scene import (
     cast,
@@ -73,7 +72,6 @@ def load(
     Raises:
         AssetError: something is missing or unusable.
     """
-    extra = [Path(folder) for folder in assets]
     path = _scene_path(name)
     roots: list[Path] = []
     if path is not None:
@@ -85,8 +83,7 @@ def load(
         file, wanted = SceneFile(level=name), name
     if with_items:
         file = msgspec.structs.replace(file, items=Items.ENTITIES)
-    builtin = sorted(BUILTIN.glob("*.pk3"))
-    archive, entry = locate_level(wanted, [*roots, *search_path(extra), *builtin])
+    archive, entry = locate_level(wanted, [*roots, *search_roots(assets)])
     try:
         on_step("search")
         return _assemble(name, file, archive, entry, patch_tolerance, on_step)
@@ -114,13 +111,12 @@ def load_figure(
     Raises:
         AssetError: something is missing or unusable, or there is no such animation.
     """
-    search = [*search_path([Path(folder) for folder in assets]), *sorted(BUILTIN.glob("*.pk3"))]
-    archive, entry = figure_file.open_archive(name, search)
+    archive, entry = figure_file.open_archive(name, search_roots(assets))
     try:
         on_step("search")
         scripts = load_scripts(archive)
         on_step("find scripts")
-        files = FigureFiles(archive, lambda shader: scripts.get(lookup_name(shader)))
+        files = FigureFiles(archive, scripts.find)
         if entry.endswith(MESH_SUFFIXES):
             staged = _staged_prop(name, archive, entry, files, animation)
             on_step("read props")
@@ -141,6 +137,11 @@ def _staged_prop(
     wanted = PropEntry(file=entry, origin=(0.0, 0.0, 0.0))
     (prop,) = props.props([wanted], PropFiles(archive, files), METRES_PER_UNIT, name)
     return stage.stage_prop(name, archive, prop, files)
+
+
+def search_roots(assets: Sequence[str | Path]) -> list[Path]:
+    """Folders and pk3 files to look in: those given, the usual installs, the package's own."""
+    return [*search_path([Path(folder) for folder in assets]), *sorted(BUILTIN.glob("*.pk3"))]
 
 
 def builtin_scenes() -> list[str]:
@@ -174,9 +175,6 @@ def _assemble(
     scripts = load_scripts(archive)
     on_step("find scripts")
 
-    def find_script(shader: str) -> ShaderScript | None:
-        return scripts.get(lookup_name(shader))
-
     missing: dict[str, MissingImage] = {}
 
     def find_image(wanted: str) -> str | None:
@@ -185,16 +183,16 @@ def _assemble(
             missing[wanted] = MissingImage(wanted, tuple(tried))
         return found
 
-    built = level.build(bsp, find_script, find_image, tolerance)
+    built = level.build(bsp, scripts.find, find_image, tolerance)
     on_step("build geometry")
-    skies = [s for n in _sky_shaders(bsp) if (s := find_script(n)) is not None]
+    skies = [s for n in _sky_shaders(bsp) if (s := scripts.find(n)) is not None]
     far_boxes = [s.sky_box.far for s in skies if s.sky_box and s.sky_box.far]
     cube, trouble = _find_sky(archive, [file.sky] if file.sky else far_boxes, file.sky is not None)
     on_step("read sky")
     own = {camera: entry.camera(camera) for camera, entry in file.cameras.items()}
     spawns = spawn_cameras(bsp)
     cameras = own | {n: c for n, c in spawns.items() if n not in own}
-    figures = FigureFiles(archive, find_script)
+    figures = FigureFiles(archive, scripts.find)
     placed = _props(name, file, built, figures, archive)
     built = prop_mesh.with_props(built, placed)
     on_step("read props")
@@ -205,9 +203,6 @@ def _assemble(
         name=name,
         archive=archive,
         level=built,
-        images=tuple(
-            dict.fromkeys(m.image for m in (*built.materials, *crowd.materials) if m.image)
-        ),
         sky=cube,
         crowd=crowd,
         props=placed,

@@ -49,6 +49,11 @@ class Mesh:
         """Number of triangles."""
         return len(self.indices) // 3
 
+    @property
+    def material_of_triangle(self) -> NDArray[np.int32]:
+        """(t,) number of each triangle's material."""
+        return np.repeat(self.faces["material"], self.faces["index_count"] // 3)
+
     @cached_property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """(3,) mins and (3,) maxs over all faces, in units; a unit box where there are none."""

@@ -1,6 +1,5 @@
 """A whole scene: what is in it, what lights it, where it can be looked at from."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -14,7 +13,7 @@ from followspot.assets.shader_values import Sun
 from followspot.errors import AssetError, UsageError
 from followspot.scene.camera import Camera
 from followspot.scene.character import Crowd
-from followspot.scene.level import Level, Visibility, entity_vector
+from followspot.scene.level import Level, Visibility, entity_angles, entity_vector
 from followspot.scene.light import Light
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh
@@ -40,7 +39,6 @@ class Scene:
         name: What it was opened as.
         archive: Where its images are read from when it is uploaded.
         level: The level with its file's records, materials and visibility.
-        images: Paths of the base images in the archive, each once.
         crowd: The characters.
         props: Things that never move; the level's mesh has them too.
         sky: The cube map behind everything, which also lights it.
@@ -60,7 +58,6 @@ class Scene:
     name: str
     archive: Archive
     level: Level
-    images: tuple[str, ...]
     sky: CubeMap
     crowd: Crowd = field(default_factory=Crowd)
     props: tuple[Prop, ...] = ()
@@ -85,6 +82,12 @@ class Scene:
     def materials(self) -> tuple[Material, ...]:
         """The mesh's faces name them by number."""
         return self.level.materials
+
+    @property
+    def images(self) -> tuple[str, ...]:
+        """Paths of all base images in the archive, each once."""
+        worn = (material.image for material in (*self.materials, *self.crowd.materials))
+        return tuple(dict.fromkeys(image for image in worn if image is not None))
 
     @property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -153,24 +156,12 @@ def spawn_cameras(bsp: BspFile) -> dict[str, Camera]:
             continue
         name = f"spawn{len(cameras)}"
         eye = origin + np.array([0, 0, spaces.EYE_HEIGHT])
-        cameras[name] = Camera(spaces.vec3(eye), *_entity_angles(entity), name=name)
+        cameras[name] = Camera(spaces.vec3(eye), *entity_angles(entity), name=name)
     cameras |= _intermission(bsp)
     if not cameras:
         middle = (bsp.models["mins"][0].astype(np.float64) + bsp.models["maxs"][0]) / 2
         cameras["middle"] = Camera(spaces.vec3(middle), name="middle")
     return cameras
-
-
-def _entity_angles(entity: dict[str, str]) -> tuple[float, float]:
-    """(yaw, pitch) in degrees of an entity's ``angles`` or ``angle``."""
-    angles = entity_vector(entity, "angles")
-    if angles is not None:
-        return float(angles[1]), float(angles[0])
-    try:
-        yaw = float(entity.get("angle", "0"))
-    except ValueError:
-        return 0.0, 0.0
-    return (yaw if math.isfinite(yaw) else 0.0), 0.0
 
 
 def _intermission(bsp: BspFile) -> dict[str, Camera]:
@@ -180,7 +171,7 @@ def _intermission(bsp: BspFile) -> dict[str, Camera]:
         origin = entity_vector(entity, "origin")
         if entity.get("classname", "").lower() != "info_player_intermission" or origin is None:
             continue
-        yaw, pitch = _entity_angles(entity)
+        yaw, pitch = entity_angles(entity)
         target = entity_vector(targets.get(entity.get("target", ""), {}), "origin")
         if target is not None and not np.array_equal(target, origin):
             yaw, pitch = spaces.angles_from_forward(spaces.vec3(target - origin))

@@ -87,9 +87,6 @@ def _scene(
         name=name,
         archive=archive,
         level=level,
-        images=tuple(
-            dict.fromkeys(m.image for m in (*level.materials, *crowd.materials) if m.image)
-        ),
         sky=_plain_sky(),
         crowd=crowd,
         props=props,

@@ -15,7 +15,7 @@ from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile
 from followspot.scene import solids
 from followspot.scene.collision import Box, Probe, model_number
-from followspot.scene.level import entity_vector
+from followspot.scene.level import entity_angles, entity_vector
 from followspot.scene.slide import GRAVITY
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
@@ -88,7 +88,7 @@ def _trigger(
     if kind == "trigger_push" and place[2] > middle[2]:
         return JumpPad(_launch(middle, place))
     if kind == "trigger_teleport" and not _is_for_spectators(entity):
-        return Teleporter(vec3(place), _yaw(target))
+        return Teleporter(vec3(place), entity_angles(target)[0])
     return None
 
 
@@ -112,14 +112,3 @@ def _target(bsp: BspFile, entity: dict[str, str]) -> dict[str, str]:
     name = entity.get("target", "").lower()
     named = (e for e in bsp.entities if name and e.get("targetname", "").lower() == name)
     return next(named, {})
-
-
-def _yaw(entity: dict[str, str]) -> float:
-    angles = entity_vector(entity, "angles")
-    if angles is not None:
-        return float(angles[1])
-    try:
-        yaw = float(entity.get("angle", "0"))
-    except ValueError:
-        return 0.0
-    return yaw if math.isfinite(yaw) else 0.0

@@ -16,6 +16,7 @@ from followspot.assets.archive import Archive
 from followspot.assets.locate import search_path
 from followspot.errors import UsageError
 from followspot.passes.view import View
+from followspot.present import sky_irradiance
 from followspot.present.renderer import Renderer
 from followspot.present.report import environment_answer
 from followspot.present.report import environment_study as study
@@ -29,7 +30,7 @@ from synthetic import BLACK_SKY, DIM, WHITE_SKY, camera, cube_map, make_scene, s
 Array = NDArray[np.float64]
 Draw = Callable[..., Array]
 
-DIRECTIONS = study.texel_directions(64)
+DIRECTIONS = sky_irradiance.texel_directions(64)
 NORMALS = study.sphere(500)
 
 
@@ -44,7 +45,7 @@ def random_sky(size: int) -> CubeMap:
 
 @pytest.mark.parametrize("size", [1, 2, 64])
 def test_solid_angles_fill_the_sphere(size: int) -> None:
-    angles = study.texel_solid_angles(size)
+    angles = sky_irradiance.texel_solid_angles(size)
     assert 6 * angles.sum() == pytest.approx(4 * math.pi, rel=1e-12)
     assert (angles > 0).all()
 
@@ -54,7 +55,9 @@ def test_solid_angles_are_those_of_small_squares() -> None:
     size = 256
     middle = (np.arange(size) + 0.5) * 2 / size - 1
     r = np.sqrt(1 + middle[:, np.newaxis] ** 2 + middle**2)
-    np.testing.assert_allclose(study.texel_solid_angles(size), 4 / size**2 / r**3, rtol=1e-4)
+    np.testing.assert_allclose(
+        sky_irradiance.texel_solid_angles(size), 4 / size**2 / r**3, rtol=1e-4
+    )
 
 
 def test_normals_are_spread_evenly() -> None:
@@ -75,7 +78,9 @@ def test_a_constant_sky_gives_pi_times_its_radiance() -> None:
     sky = np.full((6, 64, 64, 3), 2.5)
     towards = np.full((6, 3), 2.5)
     coefficients = study.project(sky)
-    np.testing.assert_allclose(study.irradiance(NORMALS, [sky])[0], math.pi * 2.5, rtol=1e-4)
+    np.testing.assert_allclose(
+        sky_irradiance.irradiance(NORMALS, [sky])[0], math.pi * 2.5, rtol=1e-4
+    )
     np.testing.assert_allclose(study.six_directions(NORMALS, towards), math.pi * 2.5)
     np.testing.assert_allclose(study.harmonics(NORMALS, coefficients), math.pi * 2.5, rtol=1e-4)
     literal = study.six_directions(NORMALS, towards, normalised=False)[:, 0]
@@ -86,7 +91,7 @@ def test_a_linear_sky_gives_two_thirds_of_its_gradient() -> None:
     gradient = np.array([0.5, -0.3, 0.6])
     sky = grey(1 + DIRECTIONS @ gradient)
     truth = math.pi * (1 + 2 / 3 * NORMALS @ gradient)
-    np.testing.assert_allclose(study.irradiance(NORMALS, [sky])[0, :, 0], truth, rtol=5e-4)
+    np.testing.assert_allclose(sky_irradiance.irradiance(NORMALS, [sky])[0, :, 0], truth, rtol=5e-4)
     found = study.harmonics(NORMALS, study.project(sky))[:, 0]
     np.testing.assert_allclose(found, truth, rtol=5e-4)
     # As the text has it: the mean of a face is ln(2 + sqrt 3) - pi / 6 of its gradient.
@@ -100,12 +105,12 @@ def test_a_clamped_cosine_sky_gives_the_kernel_of_two_cosines() -> None:
     sky = grey(np.maximum(DIRECTIONS[..., 2], 0))
     angle = np.arccos(np.clip(NORMALS[:, 2], -1, 1))
     truth = 2 / 3 * (np.sin(angle) + (math.pi - angle) * np.cos(angle))
-    found = study.irradiance(NORMALS, [sky])[0, :, 0]
+    found = sky_irradiance.irradiance(NORMALS, [sky])[0, :, 0]
     np.testing.assert_allclose(found, truth, atol=1e-3)
 
 
 def test_the_basis_is_orthonormal() -> None:
-    weights = np.broadcast_to(study.texel_solid_angles(64), (6, 64, 64)).ravel()
+    weights = np.broadcast_to(sky_irradiance.texel_solid_angles(64), (6, 64, 64)).ravel()
     values = study.basis(DIRECTIONS).reshape(-1, 9)
     np.testing.assert_allclose(values.T @ (values * weights[:, np.newaxis]), np.eye(9), atol=1e-3)
 
@@ -114,35 +119,35 @@ def test_harmonics_are_exact_for_skies_of_order_two() -> None:
     coefficients = np.random.default_rng(1).normal(size=(9, 3))
     sky = study.basis(DIRECTIONS) @ coefficients
     np.testing.assert_allclose(study.project(sky), coefficients, atol=2e-3)
-    whole = study.irradiance(NORMALS, [sky])[0]
+    whole = sky_irradiance.irradiance(NORMALS, [sky])[0]
     np.testing.assert_allclose(study.harmonics(NORMALS, coefficients), whole, atol=3e-3)
 
 
 def test_order_three_of_a_sky_lights_nothing() -> None:
     z = DIRECTIONS[..., 2]
     sky = grey(z * (5 * z * z - 3) / 2)
-    np.testing.assert_allclose(study.irradiance(NORMALS, [sky])[0], 0, atol=1e-3)
+    np.testing.assert_allclose(sky_irradiance.irradiance(NORMALS, [sky])[0], 0, atol=1e-3)
     assert np.abs(study.six_directions(NORMALS, sky.mean(axis=(1, 2)))).max() > 0.3
 
 
 def test_many_skies_at_once_are_each_by_itself() -> None:
     skies = [np.random.default_rng(k).random((6, 8, 8, 3)) for k in range(3)]
-    together = study.irradiance(NORMALS, skies)
+    together = sky_irradiance.irradiance(NORMALS, skies)
     for sky, found in zip(skies, together, strict=True):
-        np.testing.assert_allclose(study.irradiance(NORMALS, [sky])[0], found, rtol=1e-5)
+        np.testing.assert_allclose(sky_irradiance.irradiance(NORMALS, [sky])[0], found, rtol=1e-5)
 
 
 def test_skies_are_averaged_in_linear_light() -> None:
     pixels = np.zeros((6, 8, 8, 3), np.uint8)
     pixels[:, ::2] = 255
-    np.testing.assert_allclose(study.radiance(cube_map(pixels), 2), 0.5, rtol=1e-6)
-    finer = study.radiance(cube_map(pixels), 16)[:, :, 0, 0]
+    np.testing.assert_allclose(sky_irradiance.radiance(cube_map(pixels), 2), 0.5, rtol=1e-6)
+    finer = sky_irradiance.radiance(cube_map(pixels), 16)[:, :, 0, 0]
     np.testing.assert_allclose(finer, np.tile([1, 1, 0, 0], (6, 4)), rtol=1e-6)
 
 
 def test_the_lowest_level_is_the_mean_of_a_face_and_the_one_above_it_too() -> None:
     sky = random_sky(16)
-    mean = study.radiance(sky, 1)[:, 0, 0]
+    mean = sky_irradiance.radiance(sky, 1)[:, 0, 0]
     np.testing.assert_allclose(sky.towards_axes(4), mean, rtol=1e-5)
     np.testing.assert_allclose(sky.towards_axes(3), mean, rtol=1e-5)
 
@@ -190,7 +195,7 @@ def test_six_directions_are_what_the_shader_does(draw: Draw) -> None:
 @pytest.mark.gl
 def test_texels_lie_where_the_sky_shows_them(draw: Draw) -> None:
     sky = random_sky(4)
-    truth, where = study.radiance(sky, 4), study.texel_directions(4)
+    truth, where = sky_irradiance.radiance(sky, 4), sky_irradiance.texel_directions(4)
     for face, row, column in np.random.default_rng(3).integers(0, [6, 4, 4], (12, 3)):
         x, y, z = where[face, row, column]
         yaw, pitch = math.degrees(math.atan2(y, x)), -math.degrees(math.asin(z))

@@ -49,7 +49,7 @@ def test_backs_are_invisible_to_the_camera_and_stop_light() -> None:
     rays = Rays(make_scene([floor(), roof]))
     places = rays.seen_by(view, SIZE, 5000)
     np.testing.assert_allclose(places.position[:, 2], 0, atol=1e-9)
-    lit = rays.see(places, np.array([0.0, 0, 300]))
+    lit = rays.reach(places.position, places.face_normal, np.array([0.0, 0, 300]))
     outside = np.abs(places.position[:, :2]).max(axis=1) - 60  # the roof's half of 40, from 300
     np.testing.assert_array_equal(lit[np.abs(outside) > 0.1], (outside > 0)[np.abs(outside) > 0.1])
 
@@ -75,7 +75,7 @@ def compare(scene: Scene, view: Camera, light: SpotLight, unlike: float) -> None
     depth, normal = np.full(SIZE[0] * SIZE[1], np.inf), np.zeros((SIZE[0] * SIZE[1], 3))
     depth[places.pixel], normal[places.pixel] = places.depth, places.face_normal
     lit = np.zeros(len(depth), bool)
-    lit[places.pixel] = rays.see(places, light.position)
+    lit[places.pixel] = rays.reach(places.position, places.face_normal, light.position)
     same = np.isclose(depth, truth.depth.ravel(), rtol=1e-4)
     assert (~same).mean() <= unlike
     same &= np.isfinite(depth)

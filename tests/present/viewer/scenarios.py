@@ -1,9 +1,11 @@
 """What somebody does in the window; run by `driver` in a process of its own."""
 
+import gc
 import json
 import math
 import os
 import shlex
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,14 +15,23 @@ from driver import Condition, Finger, Hands
 from gl_calls import live_objects
 from imgui_bundle import imgui
 from imgui_bundle.imguizmo import im_guizmo
+from PIL import Image
 
 from followspot import spaces
+from followspot.gpu.program import SHADERS
+from followspot.passes.frame import FramePipeline
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present.viewer import copying
+from followspot.present.viewer import window as viewer_window
 from followspot.present.viewer.state import Mouse, Tool
+from followspot.scene import scene_file
 from followspot.scene.light import PointLight, SpotLight
+from followspot.scene.path import CameraPath
 from followspot.spaces import Vec3
+
+MAY_GROW = 30e6
+"""Bytes, over four changes of levels of which each takes more than that."""
 
 LARGE = {"panels", "switching"}
 """Those that need larger panels."""
@@ -44,6 +55,10 @@ def is_open(name: str) -> Condition:
 
 def has_failed(reason: str) -> Condition:
     return lambda state: not state.wanted and reason in state.notice
+
+
+def tells(text: str) -> Condition:
+    return lambda state: text in state.notice
 
 
 def standing(hands: Hands) -> Iterator[None]:
@@ -90,6 +105,143 @@ def flying(hands: Hands) -> Iterator[None]:
         yield from hands.frames(4)
     yield from hands.until(lambda state: math.isclose(state.camera.yaw, start.yaw - 15 + 180))
     yield from hands.press("Escape", lambda state: state.mouse is Mouse.POINTS)
+
+
+def walking(hands: Hands) -> Iterator[None]:
+    """From the air to the ground, on foot, a jump, and flying again."""
+    yield from hands.frames(3)
+    hands.xdotool("keydown", "space")
+    start = hands.state.camera.position
+    yield from hands.until(has_moved(start, np.array((0, 0, 1))))
+    hands.xdotool("keyup", "space")
+    yield from hands.until(lambda state: not state.flight.velocity.any())
+    yield from hands.press("n", lambda state: state.walks)
+    yield from hands.until(lambda state: state.camera.position[2] < start[2])
+    yield from hands.frames(60)
+    ground = hands.state.camera.position[2]
+    yield from hands.frames(5)
+    assert hands.state.camera.position[2] == ground
+    for key, axis in (("w", hands.state.camera.forward), ("space", np.array((0, 0, 1)))):
+        before = hands.state.camera.position
+        hands.xdotool("keydown", key)
+        yield from hands.until(has_moved(before, axis))
+        hands.xdotool("keyup", key)
+    yield from hands.until(lambda state: state.camera.position[2] < ground + 1)
+    yield from hands.press("n", lambda state: not state.walks)
+    there = hands.state.camera.position
+    yield from hands.frames(5)
+    assert np.array_equal(hands.state.camera.position, there)
+
+
+def recording(hands: Hands) -> Iterator[None]:
+    """Screenshots and films, with the panels hidden so that what is shown is known."""
+    yield from hands.frames(3)
+    yield from hands.press("Tab", lambda state: not state.panels)
+    yield from hands.frames(2)
+    np.save("shown.npy", hands.picture())
+    yield from hands.press("F12", lambda state: "courtyard-001.png is written" in state.notice)
+    yield from hands.press("F11", lambda state: "001-stages is written" in state.notice)
+    hands.viewer.state = hands.state.with_recording(fps=24)
+    for number, (size, count) in enumerate(((None, 12), ((640, 480), 5)), 1):
+        hands.viewer.state = hands.state.with_recording(films=True, size=size)
+        yield from hands.until(lambda _: "film" in hands.viewer._seen.recorded)
+        start = hands.state.time
+        yield from hands.frames(count - 1)
+        assert math.isclose(hands.state.time - start, (count - 1) / 24)
+        hands.viewer.state = hands.state.with_recording(films=False)
+        name = f"courtyard-{number:03}.mp4: {count} frames"
+        yield from hands.until(tells(name), frames=2000)
+    Path("file").touch()
+    hands.viewer.state = hands.state.with_recording(folder="file")
+    yield from hands.press("F12", lambda state: "cannot be written" in state.notice)
+    hands.viewer.state = replace(hands.state, notice="")
+    yield from hands.press("F9", lambda state: "cannot be written" in state.notice)
+    assert not hands.state.recording.films
+    hands.viewer.state = hands.state.with_recording(folder=".", films=True, size=None)
+    yield from hands.frames(3)  # and the window is closed
+
+
+def keeping(hands: Hands) -> Iterator[None]:
+    """A flight recorded as a path and saved, with a view."""
+    yield from hands.frames(3)
+    yield from hands.press("F10", lambda state: state.recording.flies)
+    before = hands.state.camera
+    for key, axis in (("w", before.forward), ("space", np.array((0, 0, 1)))):
+        start = hands.state.camera.position
+        hands.xdotool("keydown", key)
+        yield from hands.until(has_moved(start, axis))
+        hands.xdotool("keyup", key)
+    yield from hands.until(lambda state: not state.flight.velocity.any())
+    yield from hands.press("F10", lambda state: "flight1" in state.scene.paths)
+    path = hands.state.scene.paths["flight1"]
+    assert isinstance(path, CameraPath)
+    there = hands.state.camera
+    for moment, camera in ((0.0, before), (path.seconds, there)):
+        assert np.allclose(path.camera(moment).position, camera.position, atol=0.01)
+    hands.viewer.state = hands.state.with_view("here")
+    yield from hands.press("F2", lambda state: "courtyard.toml is saved" in state.notice)
+    file = scene_file.read(Path("courtyard.toml"))
+    assert set(file.paths) == {"tour", "flight1"}
+    assert np.allclose(file.cameras["here"].position, there.position, rtol=1e-6)
+    assert hands.state.scene.name.endswith("courtyard.toml")
+    yield from hands.frames(3)
+
+
+def reloading(hands: Hands) -> Iterator[None]:
+    """Shaders changed, broken, and mended, in a folder of our own."""
+    viewer, folder = hands.viewer, Path("shaders").absolute()
+    shutil.copytree(SHADERS, folder)
+    yield from hands.frames(3)
+    drawer = viewer.renderer
+    drawer.pipeline.release()
+    drawer._pipeline = FramePipeline(drawer._context, drawer._gpu_scene, folder)
+    yield from hands.press("Tab", lambda state: not state.panels)
+    hands.viewer.state = replace(hands.state, frame_limit=40)
+    yield from hands.frames(3)
+    before = hands.picture()
+    main = folder / "surface.frag"
+    good = main.read_text()
+    line = good.splitlines().index(next(x for x in good.splitlines() if "void main" in x))
+    lines = good.splitlines()
+
+    def saved(lines: list[str]) -> None:
+        main.write_text("\n".join(lines) + "\n")
+
+    def mends() -> Condition:
+        return lambda _: viewer._reloader.error is None
+
+    saved([*lines[:line], "float nonsense = ;", *lines[line:]])
+    yield from hands.until(lambda _: viewer._reloader.error is not None)
+    error = viewer._reloader.error
+    assert (error.file, error.line) == ("surface.frag", line + 1)
+    yield from hands.frames(2)
+    shown = hands.picture()
+    if "LOOK" in os.environ:
+        Image.fromarray(shown).save(os.environ["LOOK"])
+    height, width = shown.shape[:2]
+    bar = slice(30, 60), slice(round(width * 0.35), round(width * 0.65))
+    assert shown[bar][..., 0].mean() > 2 * shown[bar][..., 1].mean()  # red
+    assert np.array_equal(
+        shown[height * 3 // 4 :], before[height * 3 // 4 :]
+    )  # the last good program
+    yield from hands.press("2", shows(View.NORMALS))
+    hands.viewer.state = replace(hands.state, wanted="robots")
+    yield from hands.until(tells("No other scene can be opened"))
+    yield from hands.press("1", shows(View.FINAL))
+
+    saved(lines)
+    light = folder / "common" / "light.glsl"
+    light.write_text(light.read_text().replace("* output_scale", "* 0.3 * output_scale"))
+    yield from hands.until(mends())
+    yield from hands.frames(2)
+    darker = hands.picture()
+    assert darker[height * 3 // 4 :].mean() < 0.9 * before[height * 3 // 4 :].mean()
+    shutil.copy(SHADERS / "common" / "light.glsl", light)
+    for _ in range(200):
+        yield
+        if np.array_equal(hands.picture(), before):
+            return
+    raise AssertionError("the mended shader does not draw as before")
 
 
 def choosing(hands: Hands) -> Iterator[None]:
@@ -181,6 +333,20 @@ def resizing(hands: Hands) -> Iterator[None]:
     hands.xdotool("windowmap", window)
     yield from hands.frames(5)
     assert hands.picture().std() > 10
+    # What GLFW tells where a window manager makes icons of windows.
+    framebuffer_size, viewer_window._framebuffer_size = (
+        viewer_window._framebuffer_size,
+        lambda: (0, 0),
+    )
+    time = hands.state.time
+    hands.viewer.state = hands.state.with_recording(films=True)
+    yield from hands.frames(5)
+    assert hands.state.time == time
+    viewer_window._framebuffer_size = framebuffer_size
+    yield from hands.until(lambda state: state.time > time)
+    hands.viewer.state = hands.state.with_recording(films=False)
+    yield from hands.until(tells(".mp4"), frames=2000)
+    assert hands.viewer.renderer.size == (320, 240)
     hands.ask_to_close(int(window))
     yield from hands.frames(30)
     raise AssertionError("it is still open")
@@ -214,6 +380,20 @@ def panels(finger: Finger) -> None:
     assert finger.state.camera is finger.state.scene.cameras["arcade"]
     finger.click("//Places/Copy as TOML")
     assert imgui_clipboard(finger) == copying.as_toml(finger.state.camera)
+    finger.click("//Places/Walk (N)")
+    finger.wait(lambda state: state.walks)
+    finger.click("//Places/Walk (N)")
+    finger.context.window_focus("//Recording")
+    finger.click("//Recording/Record a path (F10)", "//Recording/End the path (F10)")
+    assert "flight1" in finger.state.scene.paths
+    finger.context.window_focus("//Save")
+    finger.context.item_input_value("//Save/##view", "here")
+    finger.click("//Save/Keep")
+    assert finger.state.scene.cameras["here"].name == "here"
+    finger.context.item_input_value("//Save/##file", "mine")
+    finger.click("//Save/Save (F2)")
+    assert scene_file.read(Path("mine.toml")).cameras["here"]
+    assert finger.state.scene.name.endswith("mine.toml")
     finger.context.window_focus("//Frame")
     finger.context.item_input_value("//Frame/frames\\/s at most", 144)
     finger.wait(lambda state: state.frame_limit == 144)
@@ -252,6 +432,24 @@ def dragging(finger: Finger) -> None:
     assert isinstance(light, SpotLight)
     assert np.allclose(light.position, ahead, atol=1e-3)
     assert 0.3 < light.direction @ (0, 0, -1) < 0.99
+
+
+def resident_bytes() -> int:
+    """Of this process, after all that nobody holds is gone."""
+    gc.collect()
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+
+def reopening(hands: Hands) -> Iterator[None]:
+    """Ten changes of levels for Mesa's store of compiled shaders to fill, and four more."""
+    yield from hands.frames(3)
+    used = []
+    for name in ("castle", "courtyard") * 7:
+        hands.viewer.state = replace(hands.state, wanted=name)
+        yield from hands.until(is_open(name))
+        yield from hands.frames(3)
+        used.append(resident_bytes())
+    assert max(used[10:]) < max(used[:10]) + MAY_GROW, used
 
 
 def switching(finger: Finger) -> None:

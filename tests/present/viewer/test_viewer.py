@@ -60,6 +60,10 @@ def test_ten_levels_leave_no_gl_object_behind(screen: str, tmp_path: Path) -> No
     play("switching", screen, tmp_path, **NOTHING_DRAWN)
 
 
+def test_fourteen_levels_leave_no_memory_behind(screen: str, tmp_path: Path) -> None:
+    play("reopening", screen, tmp_path)
+
+
 def test_panels_hide_and_their_layout_is_remembered(screen: str, tmp_path: Path) -> None:
     for was_closed in "01":
         play("hiding", screen, tmp_path, WAS_CLOSED=was_closed)

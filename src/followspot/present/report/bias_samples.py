@@ -4,15 +4,15 @@ Near a true edge a map cannot know better than its texels, so places near one ar
 with a place EDGE_TEXELS away, as the light sees it, that is lit unlike them.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from followspot.passes.shadow_fit import ShadowFrustum
-from followspot.present.comparison import EDGE_TEXELS, SAME_SURFACE
+from followspot.present.comparison import SAME_SURFACE
 from followspot.present.cut_outs import Mask, Numbers
 from followspot.present.report.visibility import CLEARANCE, Places, Rays
+from followspot.present.shadow_edges import EDGE_TEXELS, near_edge
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import Settings
 
@@ -97,10 +97,14 @@ def take(
     lit = entries + exits + sheets == 0
     texel = tile.texel * ((places.position - light.position) @ light.direction)
     radius = (EDGE_TEXELS + (settings.shadow_taps - 1) / 2) * texel
+
+    def reached(points: Numbers, normals: Numbers) -> Mask:
+        return rays.reach(points, normals, light.position)
+
     return Samples(
         places,
         lit,
-        _near_edge(rays, places, light, lit, radius),
+        near_edge(places.position, places.face_normal, lit, light, (radius,), reached),
         cut_out,
         entries,
         exits,
@@ -109,33 +113,6 @@ def take(
         gap,
         texel,
     )
-
-
-def _near_edge(rays: Rays, places: Places, light: SpotLight, lit: Mask, radius: Numbers) -> Mask:
-    """(n,) places with one `radius` (n,) units beside, as the light sees it, that is lit unlike.
-
-    Looked for on a ring on the plane of the triangle. Where the ring leaves the plane before the
-    light, the map's texels see it edge-on. A dark place is near an edge, too, if light passes by at
-    its own distance from the light.
-    """
-    right = np.cross(light.direction, np.eye(3)[np.abs(light.direction).argmin()])
-    right /= np.linalg.norm(right)
-    up = np.cross(light.direction, right)
-    near = np.zeros(len(places), bool)
-    for angle in np.arange(8) * (math.pi / 4):
-        left = np.flatnonzero(~near)
-        normal = places.face_normal[left]
-        away = places.position[left] - light.position
-        ray = away + (right * math.cos(angle) + up * math.sin(angle)) * radius[left, np.newaxis]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            stretch = _dot(away, normal) / _dot(ray, normal)
-        on_plane = (stretch > 0) & (stretch < 2)
-        beside = light.position + ray * np.where(on_plane, stretch, 1)[:, np.newaxis]
-        near[left] = ~on_plane | (rays.reach(beside, normal, light.position) != lit[left])
-        dark = np.flatnonzero(~near[left] & ~lit[left])
-        past = rays.reach(light.position + ray[dark], normal[dark], light.position)
-        near[left[dark]] = past
-    return near
 
 
 def _dot(a: Numbers, b: Numbers) -> Numbers:

@@ -20,7 +20,7 @@ from followspot.present.report.bias_samples import Samples
 from followspot.present.report.visibility import Rays, fitted
 from followspot.scene.camera import Camera
 from followspot.scene.character import Crowd
-from followspot.scene.light import SpotLight
+from followspot.scene.light import SpotLight, casting
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
 
@@ -122,7 +122,7 @@ def study(
         shape: (width, height) of which pictures have the proportions.
         on_progress: Called with the share that is done and what is next.
     """
-    light = next((x for x in scene.lights if isinstance(x, SpotLight) and x.casts_shadow), None)
+    light = next(iter(casting(scene.lights)), None)
     if light is None:
         return None
     settings = msgspec.structs.replace(scene.settings, shadows=True)

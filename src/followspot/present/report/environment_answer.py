@@ -6,7 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
+from followspot.assets.image import LUMINANCE
 from followspot.errors import UsageError
+from followspot.present import sky_irradiance
 from followspot.present.report import environment_study as study
 from followspot.present.report.environment_study import (
     HARMONICS,
@@ -51,7 +53,7 @@ def section(material: Material) -> Section:
     (by_direction,) = study.study(skies[:1], study.grid(ROWS), levels=False)
     worst = max(errors, key=lambda e: e.largest(SIX))
     at = np.abs(worst.errors[SIX]).argmax()
-    angles = study.texel_solid_angles(face)
+    angles = sky_irradiance.texel_solid_angles(face)
     axis_gain = study.CUBE_FACE_COSINE / (2 / 3)
     html = prose(
         "environment.html",
@@ -66,7 +68,7 @@ def section(material: Material) -> Section:
         example_level=math.log2(_EXAMPLE_FACE),
         example_texels=_EXAMPLE_FACE**2,
         normals=len(normals),
-        resampled=study.FACE_SIZE,
+        resampled=sky_irradiance.FACE_SIZE,
         resampling=_resampling(skies[0], normals),
         literal_most=math.sqrt(3) - 1,
         axis_gain=axis_gain,
@@ -101,8 +103,8 @@ def _resampling(sky: CubeMap, normals: Numbers) -> float:
     """Largest relative change of luminance if faces twice as fine are summed over."""
     some = normals[:: len(normals) // 256]
     coarse, fine = (
-        study.irradiance(some, [study.radiance(sky, size)])[0]
-        for size in (study.FACE_SIZE, 2 * study.FACE_SIZE)
+        sky_irradiance.irradiance(some, [sky_irradiance.radiance(sky, size)])[0]
+        for size in (sky_irradiance.FACE_SIZE, 2 * sky_irradiance.FACE_SIZE)
     )
     return float(np.abs(study.relative_error(coarse, fine)).max())
 
@@ -177,17 +179,17 @@ def _meridian(sky: CubeMap, normals: Numbers, errors: SkyErrors) -> str:
     angle = np.linspace(-180, 180, 361)
     a = np.radians(angle)[:, np.newaxis]
     way = np.cos(a) * [0, 0, 1] + np.sin(a) * across
-    true = study.irradiance(way, [study.radiance(sky)])[0]
+    true = sky_irradiance.irradiance(way, [sky_irradiance.radiance(sky)])[0]
     curves = {
         "whole sky": true,
         SIX: study.six_directions(way, sky.towards_axes()),
         "not normalised": study.six_directions(way, sky.towards_axes(), normalised=False),
-        HARMONICS: study.harmonics(way, study.project(study.radiance(sky))),
+        HARMONICS: study.harmonics(way, study.project(sky_irradiance.radiance(sky))),
     }
     return lines(
         "Irradiance on a surface that is turned all the way round",
         [
-            Line(name, angle, values @ study.LUMINANCE / math.pi, dashed=name == HARMONICS)
+            Line(name, angle, values @ LUMINANCE / math.pi, dashed=name == HARMONICS)
             for name, values in curves.items()
         ],
         Axis("angle from the zenith, degrees", ticks=range(-180, 181, 45), limits=(-180, 180)),

@@ -1,9 +1,8 @@
 """Light from a sky on surfaces of every direction: the whole sky against its shortcuts.
 
-Ground truth is the irradiance E(n) = sum of L_j max(0, n.d_j) w_j over all texels j of a cube map,
-with their exact solid angles w_j. Against it stand the shader's sum of six directions and spherical
-harmonics up to order two (Ramamoorthi and Hanrahan, An Efficient Representation for Irradiance
-Environment Maps, 2001).
+Ground truth is the sum over all texels of `present.sky_irradiance`. Against it stand the shader's
+sum of six directions and spherical harmonics up to order two (Ramamoorthi and Hanrahan, An
+Efficient Representation for Irradiance Environment Maps, 2001).
 """
 
 import math
@@ -14,23 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot.assets.archive import Archive
-from followspot.assets.image import srgb_to_linear
+from followspot.assets.image import LUMINANCE
 from followspot.errors import AssetError
+from followspot.present.sky_irradiance import (
+    FACE_SIZE,
+    irradiance,
+    radiance,
+    texel_directions,
+    texel_solid_angles,
+)
 from followspot.scene.load import read_sky
 from followspot.scene.sky import SUFFIXES, CubeMap
+from followspot.spaces import directions_around
 
 Numbers = NDArray[np.float64]
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-"""Of linear sRGB (ITU-R BT.709)."""
-
-FACE_SIZE = 64
-"""Texels along the edge of faces that whole skies are summed over."""
-
 CUBE_FACE_COSINE = math.log(2 + math.sqrt(3)) - math.pi / 6
 """Mean over a cube's face, all its points alike, of the cosine with the face's axis."""
-
-_CHUNK = 512  # normals at a time, whose cosines with all texels are held in memory
 
 
 def known_skies(first: CubeMap, archive: Archive) -> list[CubeMap]:
@@ -53,67 +52,6 @@ def known_skies(first: CubeMap, archive: Archive) -> list[CubeMap]:
 def _fingerprint(sky: CubeMap) -> bytes:
     step = max(sky.faces.shape[1] // FACE_SIZE, 1)
     return sky.faces[:, ::step, ::step].tobytes()
-
-
-def texel_directions(size: int) -> Numbers:
-    """(6, size, size, 3) unit world directions of the middles of a cube map's texels.
-
-    OpenGL 3.3 core specification, table 3.10; see `scene/sky.py`.
-    """
-    t, s = np.meshgrid(*[(np.arange(size) + 0.5) * 2 / size - 1] * 2, indexing="ij")
-    one = np.ones_like(s)
-    faces = [
-        (one, -t, -s), (-one, -t, s), (s, one, t), (s, -one, -t), (s, -t, one), (-s, -t, -one)
-    ]  # fmt: skip
-    directions = np.stack([np.stack(face, axis=-1) for face in faces])
-    return np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True))
-
-
-def texel_solid_angles(size: int) -> Numbers:
-    """(size, size) steradians of the texels of one face, exactly.
-
-    A rectangle from the face's middle to (s, t) covers atan(s t / sqrt(1 + s^2 + t^2)), by Gauss'
-    and Bonnet's theorem; a texel is what four of them leave.
-    """
-    edge = np.linspace(-1, 1, size + 1)
-    s, t = edge[np.newaxis], edge[:, np.newaxis]
-    covered = np.arctan2(s * t, np.sqrt(1 + s * s + t * t))
-    return np.asarray(np.diff(np.diff(covered, axis=0), axis=1))
-
-
-def radiance(sky: CubeMap, size: int = FACE_SIZE) -> Numbers:
-    """(6, size, size, 3) linear values, every one the mean of a square of texels.
-
-    Faces that are smaller are made larger, every texel a square. Sizes are powers of two.
-    """
-    table = srgb_to_linear(np.arange(256, dtype=np.float32) / 255)
-    linear = table[sky.faces[..., :3]]
-    times = max(size // linear.shape[1], 1)
-    linear = linear.repeat(times, axis=1).repeat(times, axis=2)
-    edge = linear.shape[1] // size
-    rows = linear.reshape(6, size, edge, -1).mean(axis=2, dtype=np.float64)
-    return np.asarray(rows.reshape(6, size, size, edge, 3).mean(axis=3))
-
-
-def irradiance(normals: Numbers, skies: Sequence[Numbers]) -> Numbers:
-    """Irradiance by a sum over all texels, for many skies of one size at once.
-
-    Args:
-        normals: (n, 3) unit.
-        skies: Each (6, size, size, 3).
-
-    Returns:
-        (skies, n, 3) in the skies' unit times steradians.
-    """
-    size = skies[0].shape[1]
-    directions = texel_directions(size).reshape(-1, 3).astype(np.float32)
-    light = np.stack(skies, axis=3) * texel_solid_angles(size)[..., np.newaxis, np.newaxis]
-    light = light.reshape(len(directions), -1).astype(np.float32)
-    result = np.empty((len(normals), light.shape[1]))
-    for start in range(0, len(normals), _CHUNK):
-        cosines = normals[start : start + _CHUNK].astype(np.float32) @ directions.T
-        result[start : start + _CHUNK] = np.maximum(cosines, 0, out=cosines) @ light
-    return np.moveaxis(result.reshape(len(normals), len(skies), 3), 1, 0)
 
 
 def six_directions(normals: Numbers, towards: Numbers, *, normalised: bool = True) -> Numbers:
@@ -164,14 +102,10 @@ def harmonics(normals: Numbers, coefficients: Numbers) -> Numbers:
 def sphere(count: int) -> Numbers:
     """(count + 14, 3) unit vectors: evenly spread ones, the axes, and the cube's corners.
 
-    The spread is Fibonacci's lattice; corners and axes are where six directions are farthest off.
+    Corners and axes are where six directions are farthest off.
     """
-    k = np.arange(count) + 0.5
-    z, turn = 1 - 2 * k / count, k * math.pi * (3 - math.sqrt(5))
-    r = np.sqrt(1 - z * z)
-    spread = np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)
     signs = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, 8).T / math.sqrt(3)
-    return np.concatenate([spread, np.eye(3), -np.eye(3), signs])
+    return np.concatenate([directions_around(count), np.eye(3), -np.eye(3), signs])
 
 
 def grid(rows: int) -> Numbers:

@@ -27,7 +27,7 @@ from followspot.present.report.plot import Axis, Line, Mark, heat_map, lines
 from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
 from followspot.present.report.ticks import count, number
-from followspot.scene.light import SpotLight
+from followspot.scene.light import SpotLight, casting
 from followspot.scene.scene import Scene
 
 Integers = NDArray[np.int64]
@@ -137,7 +137,7 @@ def run(scene: Scene, material: Material) -> Experiment:
     """Every way of getting shadow coordinates, for all pixels that see a lit surface."""
     size = WIDTH, max(round(WIDTH * material.size[1] / material.size[0]), 1)
     camera, mesh = material.camera, scene.mesh
-    of_material = np.repeat(mesh.faces["material"], mesh.faces["index_count"] // 3)
+    of_material = mesh.material_of_triangle
     solid = np.array([m.blend is None for m in scene.materials], bool)[of_material]
     triangles = mesh.indices.reshape(-1, 3)[solid]
     corners, normals = (
@@ -167,13 +167,14 @@ def _light(
     stand_in = SpotLight(
         camera.position + aside, camera.forward, 1.2, spaces.vec3([1, 1, 1]), name="stand-in"
     )
-    casting = [x for x in scene.lights if isinstance(x, SpotLight) and x.casts_shadow]
 
     def reached(light: SpotLight) -> tuple[SpotLight, Map, Integers]:
         map_ = _map(scene, light)
         return light, map_, hit[lit(corners[seen.triangle[hit]], seen.weights[hit], map_)]
 
-    found = max((reached(light) for light in casting), key=lambda x: len(x[2]), default=None)
+    found = max(
+        (reached(light) for light in casting(scene.lights)), key=lambda x: len(x[2]), default=None
+    )
     return found if found is not None and len(found[2]) else reached(stand_in)
 
 

@@ -16,7 +16,7 @@ from followspot.scene import bsp_tree
 from followspot.scene.level import entity_vector
 from followspot.scene.mesh import FLAT
 from followspot.scene.scene import Scene
-from followspot.spaces import vec3
+from followspot.spaces import directions_around, vec3
 
 Numbers = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -120,12 +120,8 @@ def reached_faces(scene: Scene, lamps: Numbers) -> dict[str, Mask]:
 
 def traced_ends(scene: Scene, lamps: Numbers) -> Numbers:
     """(lamps, directions, 3) how far their light gets before a structural wall or their reach."""
-    k = np.arange(_DIRECTIONS) + 0.5  # spread evenly: a Fibonacci lattice
-    z = 1 - 2 * k / _DIRECTIONS
-    angle, radius = math.pi * (1 + math.sqrt(5)) * k, np.sqrt(1 - z * z)
-    way = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1) * REACH
     start = np.repeat(lamps, _DIRECTIONS, axis=0)
-    ways_ = np.tile(way, (len(lamps), 1))
-    fraction = bsp_tree.trace(scene.level.bsp, start, start + ways_)
-    ends = start + ways_ * fraction[:, np.newaxis]
+    way = np.tile(directions_around(_DIRECTIONS) * REACH, (len(lamps), 1))
+    fraction = bsp_tree.trace(scene.level.bsp, start, start + way)
+    ends = start + way * fraction[:, np.newaxis]
     return np.asarray(ends.reshape(len(lamps), _DIRECTIONS, 3))

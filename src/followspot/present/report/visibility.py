@@ -61,7 +61,7 @@ class Rays:
 
     def __init__(self, scene: Scene) -> None:
         mesh, materials = scene.mesh, scene.materials
-        material = np.repeat(mesh.faces["material"], mesh.faces["index_count"] // 3)
+        material = mesh.material_of_triangle
         table = np.array(
             [
                 (
@@ -96,10 +96,6 @@ class Rays:
         for hits in self.crossings(start, end):
             blocked[hits.line] = True
         return blocked
-
-    def see(self, places: Places, light: Numbers) -> Mask:
-        """(n,) whether places see a point (3,), whichever way their surfaces look."""
-        return self.reach(places.position, places.face_normal, light)
 
     def reach(self, points: Numbers, normals: Numbers, light: Numbers) -> Mask:
         """(n,) whether points (n, 3) on faces of some unit normals (n, 3) see a point (3,)."""

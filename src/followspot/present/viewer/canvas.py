@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from followspot.gpu.targets import Part
+from followspot.gpu.targets import Part, Target
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
@@ -24,17 +24,23 @@ def prepared(renderer: Renderer, state: State) -> State:
     return replace(state, measured_exposure=exposure)
 
 
-def draw(renderer: Renderer, state: State) -> FrameReport:
-    """Draw the scene, or its two halves, into the renderer's target; tells of the left one.
+def draw(renderer: Renderer, state: State, target: Target | None = None) -> FrameReport:
+    """Draw the scene, or its two halves; tells of the left one.
+
+    Args:
+        renderer: Has the scene open.
+        state: What to draw.
+        target: What to draw it into; by default the renderer's own.
 
     Raises:
         UsageError: there are more lights, or larger shadow maps, than can be drawn.
     """
-    parts = halves(state, renderer.size)
-    reports = [
-        renderer.draw(_frame(state, look), part=part)
-        for look, part in zip(state.looks, parts, strict=True)
-    ]
+    target = renderer.target() if target is None else target
+    reports = []
+    for look, part in zip(state.looks, halves(state, target.size), strict=True):
+        frame = _frame(state, look)
+        renderer.pipeline.prepare(frame)
+        reports.append(renderer.pipeline.draw(frame, target, part=part))
     return reports[0]
 
 

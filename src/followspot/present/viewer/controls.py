@@ -6,19 +6,18 @@ from imgui_bundle import imgui
 from imgui_bundle.imgui import Key
 
 from followspot.passes.view import View
-from followspot.present.viewer import lamps
+from followspot.present.viewer import lamps, saving
 from followspot.present.viewer.flight import Steering
-from followspot.present.viewer.state import Look, Mouse, State, Tool
+from followspot.present.viewer.state import Look, Mouse, Shot, State, Tool
+from followspot.present.viewer.walking import Walking
 
 DEGREES_PER_PIXEL = 0.15
 FAST, SLOW = 4.0, 0.25
-LONGEST_FRAME = 0.1
-"""Seconds that a frame counts as at most: nobody wants to be elsewhere after a hitch."""
-
 KEYS = (
-    ("W A S D, arrows", "fly"),
-    ("Space, C", "up, down"),
+    ("W A S D, arrows", "fly, or walk"),
+    ("Space, C", "up, down; walking: jump, crouch"),
     ("Shift, Ctrl", "fast, slow"),
+    ("N", "walk instead of flying"),
     ("Wheel", "flying speed"),
     ("Right button", "hold to look around"),
     ("M", "look without a button; M or Esc ends it"),
@@ -29,6 +28,9 @@ KEYS = (
     ("F", "freeze culling and fly on"),
     ("X", "measure the exposure here"),
     ("P", "stop time, or let it run"),
+    ("F2", "save what has changed to the scene file"),
+    ("F12, F11", "a screenshot; one of all stages"),
+    ("F9, F10", "record a film; the flight as a path"),
     ("Tab", "hide or show all panels"),
 )
 """For people: a key and what it does."""
@@ -39,15 +41,21 @@ _UP, _DOWN = (Key.space,), (Key.c,)
 _VIEW_KEYS = tuple((Key(Key._1 + number), view) for number, view in enumerate(View))
 
 
-def apply(state: State) -> State:
-    """The state after a frame's keys and mouse."""
-    io = imgui.get_io()
-    if not io.want_text_input:
+def apply(state: State, seconds: float, walking: Walking) -> State:
+    """The state after a frame's keys and mouse.
+
+    Args:
+        state: Before them.
+        seconds: What the frame counts as.
+        walking: Moves the camera, in place of its flight, of those who walk.
+    """
+    if not imgui.get_io().want_text_input:
         state = _after_keys(state)
-    state = replace(state, mouse=_mouse(state.mouse))
-    seconds = min(io.delta_time, LONGEST_FRAME)
-    flight = state.flight.after(seconds, _steering(state.mouse))
-    return replace(state, flight=flight, time=state.time + seconds * state.runs)
+    state = replace(state, mouse=_mouse(state.mouse), time=state.time + seconds * state.runs)
+    steering = _steering(state.mouse)
+    if state.walks:
+        return walking.after(state, seconds, steering)
+    return replace(state, flight=state.flight.after(seconds, steering))
 
 
 def _mouse(now: Mouse) -> Mouse:
@@ -97,6 +105,8 @@ def _after_keys(state: State) -> State:
         state = replace(state, right=None if state.right else Look(View.NORMALS))
     if _pressed(Key.g):
         state = replace(state, tool=Tool.TURN if state.tool is Tool.MOVE else Tool.MOVE)
+    if _pressed(Key.n):
+        state = replace(state, walks=not state.walks)
     if _pressed(Key.l):
         state = lamps.added(state)
     if _pressed(Key.f):
@@ -106,6 +116,15 @@ def _after_keys(state: State) -> State:
         state = replace(state, measured_exposure=None)
     if _pressed(Key.p):
         state = replace(state, runs=not state.runs)
+    if _pressed(Key.f2):
+        state = saving.saved(state)
+    for key, shot in ((Key.f12, Shot.PICTURE), (Key.f11, Shot.STAGES)):
+        if _pressed(key):
+            state = state.with_recording(shot=shot)
+    if _pressed(Key.f9):
+        state = state.with_recording(films=not state.recording.films)
+    if _pressed(Key.f10):
+        state = state.with_recording(flies=not state.recording.flies)
     if _pressed(Key.tab):
         state = replace(state, panels=not state.panels)
     if _pressed(Key.m):

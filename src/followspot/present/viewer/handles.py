@@ -13,7 +13,8 @@ from followspot.present.viewer.state import Lamp, Seen, State, Tool
 from followspot.scene.light import Light, SpotLight
 from followspot.spaces import Mat4
 
-_BEHIND = imgui.IM_COL32(20, 20, 24, 255)
+BEHIND = (20, 20, 24)
+"""Beside a shadow map, which is square: sRGB bytes."""
 _LINE, _OUTLINE = imgui.IM_COL32(255, 255, 255, 200), imgui.IM_COL32(0, 0, 0, 160)
 _ON, _OFF = imgui.IM_COL32(255, 220, 120, 255), imgui.IM_COL32(150, 150, 150, 255)
 _GRIP = 12.0
@@ -48,7 +49,7 @@ def _shadow_maps(state: State, seen: Seen) -> None:
         if look.view is not View.SHADOW_MAP:
             continue
         picture = imgui.get_background_draw_list()
-        picture.add_rect_filled((left, 0), (right, height), _BEHIND)
+        picture.add_rect_filled((left, 0), (right, height), imgui.IM_COL32(*BEHIND, 255))
         if seen.shadow_map is None:
             text = "No spot light casts shadows here."
             picture.add_text(((left + right) / 2 - 100, height / 2), _LINE, text)

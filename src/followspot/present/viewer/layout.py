@@ -6,7 +6,16 @@ from pathlib import Path
 
 from imgui_bundle import hello_imgui, imgui
 
-from followspot.present.viewer.panels import frame, keys, level, lights, places, stages
+from followspot.present.viewer.panels import (
+    frame,
+    keys,
+    level,
+    lights,
+    places,
+    recording,
+    saving,
+    stages,
+)
 from followspot.present.viewer.state import Seen, State
 
 Show = Callable[[State, Seen], State]
@@ -34,6 +43,8 @@ class Panel:
 
 PANELS = (
     Panel("Stages", _LEFT, stages.show),
+    Panel("Recording", _LEFT, recording.show),
+    Panel("Save", _LEFT, saving.show),
     Panel("Places", _LEFT_LOW, places.show),
     Panel("Level", _LEFT_LOW, level.show),
     Panel("Lights", _RIGHT, lights.show),

@@ -1,7 +1,8 @@
 """What a person has chosen in the window, and what was seen of the last frames: plain data."""
 
 import enum
-from dataclasses import dataclass, replace
+import os
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
 
@@ -18,6 +19,9 @@ from followspot.scene.camera import Camera
 from followspot.scene.light import Light
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
+
+LONGEST_FRAME = 0.1
+"""Seconds that a frame counts as at most: nobody wants to be elsewhere after a hitch."""
 
 PLAIN_ALBEDO = 0.5
 """What everything reflects where textures are off."""
@@ -65,10 +69,62 @@ class Look:
 
 @dataclass(frozen=True)
 class Lamp:
-    """A light that can be switched off and is still there."""
+    """A light that can be switched off and is still there.
+
+    Attributes:
+        light: As it is now.
+        is_on: Whether it shines.
+        number: Of the scene file's light that it was; none if it was not in one.
+    """
 
     light: Light
     is_on: bool = True
+    number: int | None = None
+
+
+class Shot(enum.Enum):
+    """What a screenshot has."""
+
+    PICTURE = "picture"
+    STAGES = "all stages"
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What is recorded, and how.
+
+    Attributes:
+        folder: Where files go.
+        size: (width, height) of a film in pixels; none is the window's.
+        fps: Frames a second of a film.
+        by_clock: Whether a film shows what the window showed as time went by. Else each frame of
+            the window is one of the film, and however long it took, 1/fps passes in it.
+        films: Whether a film is being recorded.
+        flies: Whether the camera's flight is, as a path.
+        shot: A screenshot to take next.
+    """
+
+    folder: str = field(default_factory=os.getcwd)
+    size: tuple[int, int] | None = None
+    fps: int = 30
+    by_clock: bool = False
+    films: bool = False
+    flies: bool = False
+    shot: Shot | None = None
+
+    @property
+    def place(self) -> Path:
+        """The folder, in which a tilde is the user's home."""
+        return Path(os.path.expanduser(self.folder))  # noqa: PTH111 - pathlib's may raise
+
+    @property
+    def is_stepped(self) -> bool:
+        """Whether time goes on by the film's frames."""
+        return self.films and not self.by_clock
+
+    def seconds(self, passed: float) -> float:
+        """What a frame counts as, if so many seconds have passed by the clock."""
+        return 1 / self.fps if self.is_stepped else min(passed, LONGEST_FRAME)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +136,7 @@ class State:
         settings: The scene's, as changed since.
         lamps: The scene's lights, as changed since.
         flight: The camera.
+        walks: Whether it is the eye of somebody who walks instead of flying.
         look: What is shown; with a split, in its left half.
         right: What the right half shows; none is no split.
         divider: Share of the width that is left of the split.
@@ -91,12 +148,15 @@ class State:
         runs: Whether that time goes on.
         selected: Number of the lamp that is being edited.
         tool: What its gizmo does.
+        recording: What is recorded.
         frame_limit: Frames a second at most.
         panels: Whether the panels are there.
         mouse: What moving it does.
         assets: Game folders and pk3 files that levels are looked for in first.
         wanted: Name of a level or scene to open next.
         search: Typed over the list of levels.
+        view_name: Typed for a view that is to be kept.
+        save_as: Typed for the file of a scene that has none.
         notice: One line for the person: what went wrong, or what was done.
     """
 
@@ -105,6 +165,7 @@ class State:
     lamps: tuple[Lamp, ...]
     flight: Flight
     look: Look = Look()
+    walks: bool = False
     right: Look | None = None
     divider: float = 0.5
     overlays: frozenset[Overlay] = frozenset()
@@ -114,12 +175,15 @@ class State:
     runs: bool = True
     selected: int | None = None
     tool: Tool = Tool.MOVE
+    recording: Recording = field(default_factory=Recording)
     frame_limit: int = 60
     panels: bool = True
     mouse: Mouse = Mouse.POINTS
     assets: tuple[Path, ...] = ()
     wanted: str | None = None
     search: str = ""
+    view_name: str = ""
+    save_as: str = ""
     notice: str = ""
 
     @classmethod
@@ -130,7 +194,10 @@ class State:
             sky_light=scene.settings.sky_light,
             textures=scene.settings.albedo is None,
         )
-        lamps = tuple(Lamp(light) for light in scene.lights)
+        lamps = tuple(
+            Lamp(light, number=None if scene.lights_chosen else number)
+            for number, light in enumerate(scene.lights)
+        )
         return cls(scene, scene.settings, lamps, Flight(camera).at(camera), look)
 
     def opened(self, scene: Scene) -> "State":
@@ -147,12 +214,20 @@ class State:
             time=0.0,
             selected=None,
             wanted=None,
+            save_as="",
             notice="",
+            recording=replace(self.recording, flies=False),
         )
 
     def jumped(self, camera: Camera) -> "State":
         """The camera elsewhere; the exposure is measured anew there."""
         return replace(self, flight=self.flight.at(camera), measured_exposure=None)
+
+    def with_view(self, name: str) -> "State":
+        """The camera as one of the scene's views, which may be there already."""
+        camera = replace(self.camera, name=name)
+        scene = replace(self.scene, cameras={**self.scene.cameras, name: camera})
+        return replace(self, scene=scene, flight=replace(self.flight, camera=camera))
 
     def with_lamp(self, number: int, lamp: Lamp) -> "State":
         """One lamp in place of another."""
@@ -161,6 +236,11 @@ class State:
     def with_settings(self, **changes: object) -> "State":
         """Some settings changed."""
         return replace(self, settings=msgspec.structs.replace(self.settings, **changes))
+
+    def with_recording(self, **changes: object) -> "State":
+        """Some of what is recorded changed."""
+        recording = replace(self.recording, **changes)  # type: ignore[arg-type]
+        return replace(self, recording=recording)
 
     @property
     def looks(self) -> tuple[Look, ...]:
@@ -171,6 +251,12 @@ class State:
     def camera(self) -> Camera:
         """Where the picture is taken from."""
         return self.flight.camera
+
+    @property
+    def frame_rate_limit(self) -> int:
+        """Frames a second at most; no more than those of a film that time goes by."""
+        fps, limit = self.recording.fps, self.frame_limit
+        return min(fps, limit) if self.recording.is_stepped else limit
 
     @property
     def exposure(self) -> float:
@@ -210,6 +296,7 @@ class Seen:
         size: (width, height) of the picture in pixels.
         report: Of the last frame; with a split, of its left half.
         history: Times of the frames before it.
+        recorded: What is being recorded, in words.
         levels: All levels and scenes that can be opened by name.
         shadow_map: Of the key light, as greys; while it is looked at and there is one.
     """
@@ -217,5 +304,6 @@ class Seen:
     size: tuple[int, int]
     report: FrameReport
     history: History
+    recorded: str
     levels: tuple[str, ...]
     shadow_map: moderngl.Texture | None

@@ -8,9 +8,11 @@ from functools import lru_cache
 from imgui_bundle import hello_imgui, imgui, implot
 from imgui_bundle.imguizmo import im_guizmo
 
+from followspot.assets.archive import Archive
 from followspot.assets.locate import list_levels
 from followspot.errors import ContextError, FollowspotError
 from followspot.gpu.context import has_display, is_software, window_context
+from followspot.gpu.program import ShaderError
 from followspot.gpu.timers import FrameTimer
 from followspot.passes.view import View
 from followspot.present import arguments
@@ -20,9 +22,11 @@ from followspot.present.viewer import canvas, controls, handles, layout
 from followspot.present.viewer.history import History
 from followspot.present.viewer.layout import Panel
 from followspot.present.viewer.pointer import Pointer
+from followspot.present.viewer.recording import Recorder
+from followspot.present.viewer.reloading import Reloader
 from followspot.present.viewer.state import Lamp, Mouse, Seen, State
+from followspot.present.viewer.walking import Walking
 from followspot.scene.load import builtin_scenes
-from followspot.scene.scene import Scene
 
 
 def run(name: str, wish: Wish) -> None:
@@ -81,6 +85,9 @@ class Viewer:
         self._size = size
         self.params = layout.runner_params(size, self._show_panel)
         self._history = History()
+        self._walking = Walking()
+        self._recorder = Recorder()
+        self._reloader = Reloader()
         self._drawn: State | None = None
         self._seen: Seen | None = None
         self._opening: str | None = None
@@ -98,7 +105,7 @@ class Viewer:
         calls.show_gui = self._show_handles
         calls.show_status = self._show_status
         calls.before_swap = self._end
-        calls.after_swap = self._open_wanted
+        calls.after_swap = self._after_frame
         try:
             hello_imgui.manual_render.setup_from_runner_params(self.params)
         except RuntimeError as error:
@@ -108,42 +115,55 @@ class Viewer:
         with Renderer(self._size, context) as self.renderer:
             self._pointer = Pointer()
             self._timer = FrameTimer(context, waits=is_software(self.renderer.gl_renderer))
-            while not self.params.app_shall_exit:
-                hello_imgui.manual_render.render()
+            try:
+                while not self.params.app_shall_exit:
+                    hello_imgui.manual_render.render()
+            finally:
+                self._recorder.close()
         implot.destroy_context()
         hello_imgui.manual_render.tear_down()
 
     def _begin(self) -> None:
         layout.show_bars(self.params, are_shown=self.state.panels)
-        self.params.fps_idling.fps_max = self.state.frame_limit
+        self.params.fps_idling.fps_max = self.state.frame_rate_limit
 
     def _draw(self) -> None:
         """Apply keys and mouse, and draw what comes of it behind all panels."""
         self._began = time.perf_counter()
         im_guizmo.begin_frame()
-        self.state = controls.apply(self.state)
-        self._pointer.catch(is_caught=self.state.mouse is not Mouse.POINTS)
         size = _framebuffer_size()
-        if min(size) < 1:  # minimised
+        is_minimised = min(size) < 1
+        passed = imgui.get_io().delta_time
+        seconds = 0.0 if is_minimised else self.state.recording.seconds(passed)
+        self.state = controls.apply(self.state, seconds, self._walking)
+        self._pointer.catch(is_caught=self.state.mouse is not Mouse.POINTS)
+        if is_minimised:
             return
         self.renderer.resize(size)
         try:
             self.state = canvas.prepared(self.renderer, self.state)
+            self._reloader.look(self.renderer.pipeline)
             with self._timer.frame():
                 report = canvas.draw(self.renderer, self.state)
-        except FollowspotError as error:  # go back to what could be drawn
+        except (FollowspotError, ShaderError) as error:  # go back to what could be drawn
             if self._drawn is None:
                 raise
-            self.state = replace(self._drawn, wanted=None, notice=str(error))
+            if isinstance(error, ShaderError):
+                self._reloader.error = error
+            told = str(error).partition("\n")[0]
+            self.state = replace(self._drawn, wanted=None, notice=told)
             return
+        self.state = self._recorder.record(self.renderer, self.state, seconds, passed)
         self._drawn = self.state
         is_wanted = any(look.view is View.SHADOW_MAP for look in self.state.looks)
         shadow_map = self.renderer.shadow_map_texture() if is_wanted else None
         self.renderer.target().show()
-        levels = _levels(self.state.scene)
-        self._seen = Seen(size, report, self._history, levels, shadow_map)
+        levels = _levels(self.state.scene.archive)
+        recorded = self._recorder.line()
+        self._seen = Seen(size, report, self._history, recorded, levels, shadow_map)
 
     def _show_handles(self) -> None:
+        self._reloader.show()
         if self._seen is not None:
             self.state = handles.show(self.state, self._seen)
 
@@ -158,7 +178,9 @@ class Viewer:
         imgui.end()
 
     def _show_status(self) -> None:
-        imgui.text(f"{self.state.flight.speed:.0f} units/s    {self.state.notice}")
+        recorded = self._seen.recorded if self._seen is not None else ""
+        texts = (f"{self.state.flight.speed:.0f} units/s", recorded, self.state.notice)
+        imgui.text("    ".join(text for text in texts if text))
 
     def _end(self) -> None:
         now = time.perf_counter()
@@ -170,6 +192,11 @@ class Viewer:
         self._ended = now
         self.on_frame()
 
+    def _after_frame(self) -> None:
+        if self._drawn is not None and self.state.recording.shot is not None:
+            self.state = self._recorder.shoot(self.renderer, self.state)
+        self._open_wanted()
+
     def _open_wanted(self) -> None:
         """Open what the state wants, a frame after that has been announced."""
         name = self.state.wanted
@@ -178,17 +205,23 @@ class Viewer:
             notice = self.state.notice if name is None else f"Opening {name} ..."
             self.state = replace(self.state, notice=notice)
             return
+        self._reloader.look(self.renderer.pipeline, at_once=True)
+        if self._reloader.error is not None:  # nothing of another level has been compiled yet
+            told = "No other scene can be opened while shaders do not compile."
+            self.state = replace(self.state, wanted=None, notice=told)
+            return
         try:
             scene, _ = open_scene(name, Wish(assets=self.state.assets))
             self.state = self.state.opened(scene)
+            self._walking = Walking()
         except FollowspotError as error:
             self.state = replace(self.state, wanted=None, notice=str(error))
 
 
 @lru_cache(maxsize=1)
-def _levels(scene: Scene) -> tuple[str, ...]:
-    """All that can be opened by name, where this scene has been found."""
-    return tuple(sorted({*builtin_scenes(), *list_levels(scene.archive)}))
+def _levels(archive: Archive) -> tuple[str, ...]:
+    """All that can be opened by name, where the present scene has been found."""
+    return tuple(sorted({*builtin_scenes(), *list_levels(archive)}))
 
 
 def _framebuffer_size() -> tuple[int, int]:

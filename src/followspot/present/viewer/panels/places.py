@@ -16,6 +16,9 @@ _CLAMPED = imgui.SliderFlags_.always_clamp
 def show(state: State, seen: Seen) -> State:
     """Draw the panel."""
     state = _here(state)
+    changed, walks = imgui.checkbox("Walk (N)", state.walks)
+    if changed:
+        state = replace(state, walks=walks)
     if imgui.button("Copy as TOML"):
         imgui.set_clipboard_text(copying.as_toml(state.camera))
         state = replace(state, notice="The view is in the clipboard, for a scene file.")
