@@ -215,11 +215,14 @@ class Renderer:
         distance = self._pipeline.shadow.read_distance(0, frame.settings.shadow_map_size)
         return distance if linear else _stretched(distance)
 
-    def shadow_map_texture(self, number: int = 0) -> moderngl.Texture | None:
+    def shadow_map_texture(
+        self, number: int = 0, between: tuple[float, float] | None = None
+    ) -> moderngl.Texture | None:
         """A light's shadow map as the last frame left it, as greys in a texture, top row first.
 
         Args:
             number: Of the light, among those with a shadow map.
+            between: See `ShadowPreview.draw`.
 
         Returns:
             The same texture every time while maps keep their size; none if there is no such map.
@@ -233,7 +236,7 @@ class Renderer:
         if self._preview is None or self._preview.size != size:
             self._drop_preview()
             self._preview = ShadowPreview(self._context, size)
-        return self._preview.draw(shadow, number)
+        return self._preview.draw(shadow, number, between)
 
     def _drop_preview(self) -> None:
         if self._preview is not None:

@@ -20,6 +20,7 @@ KEYS = (
     ("N", "walk instead of flying"),
     ("Wheel", "flying speed"),
     ("Right button", "hold to look around"),
+    ("Middle button", "ask a pixel for its values"),
     ("M", "look without a button; M or Esc ends it"),
     ("1 to 9", "stage; with Alt, of the right half"),
     ("V", "split the picture in two"),

@@ -33,6 +33,7 @@ def show(state: State, seen: Seen) -> State:
     _shadow_maps(state, seen)
     if state.right is not None:
         state = _divider(state)
+    state = _picked(state)
     if not state.panels:
         return state
     state = _marks(state)
@@ -50,13 +51,13 @@ def _shadow_maps(state: State, seen: Seen) -> None:
             continue
         picture = imgui.get_background_draw_list()
         picture.add_rect_filled((left, 0), (right, height), imgui.IM_COL32(*BEHIND, 255))
-        if seen.shadow_map is None:
+        if seen.found.shadow_map is None:
             text = "No spot light casts shadows here."
             picture.add_text(((left + right) / 2 - 100, height / 2), _LINE, text)
             continue
         half = min(right - left, height) / 2
         x, y = (left + right) / 2, height / 2
-        texture = imgui.ImTextureRef(seen.shadow_map.glo)
+        texture = imgui.ImTextureRef(seen.found.shadow_map.glo)
         picture.add_image(texture, (x - half, y - half), (x + half, y + half))
 
 
@@ -86,6 +87,22 @@ def _divider(state: State) -> State:
         state = replace(state, divider=min(max(io.mouse_pos.x / width, 0.02), 0.98))
     imgui.end()
     imgui.pop_style_var()
+    return state
+
+
+def _picked(state: State) -> State:
+    """The pixel under a click of the middle button, and a ring round it."""
+    io = imgui.get_io()
+    scale = io.display_framebuffer_scale
+    if imgui.is_mouse_clicked(imgui.MouseButton_.middle) and not io.want_capture_mouse:
+        pixel = int(io.mouse_pos.x * scale.x), int(io.mouse_pos.y * scale.y)
+        state = replace(state, asked=replace(state.asked, pixel=pixel))
+    if state.asked.pixel is not None and state.panels:
+        x, y = state.asked.pixel
+        place = (x + 0.5) / scale.x, (y + 0.5) / scale.y
+        marks = imgui.get_background_draw_list()
+        marks.add_circle(place, _DOT, _OUTLINE, 0, 3)
+        marks.add_circle(place, _DOT, _LINE)
     return state
 
 

@@ -7,13 +7,17 @@ from pathlib import Path
 from imgui_bundle import hello_imgui, imgui
 
 from followspot.present.viewer.panels import (
+    assets,
+    environment,
     frame,
     keys,
     level,
     lights,
+    pixel,
     places,
     recording,
     saving,
+    shadow_map,
     stages,
 )
 from followspot.present.viewer.state import Seen, State
@@ -47,9 +51,13 @@ PANELS = (
     Panel("Save", _LEFT, saving.show),
     Panel("Places", _LEFT_LOW, places.show),
     Panel("Level", _LEFT_LOW, level.show),
+    Panel("Assets", _LEFT_LOW, assets.show),
     Panel("Lights", _RIGHT, lights.show),
+    Panel("Environment", _RIGHT, environment.show),
     Panel("Keys", _RIGHT, keys.show),
     Panel("Frame", _RIGHT_LOW, frame.show),
+    Panel("Shadow map", _RIGHT_LOW, shadow_map.show),
+    Panel("Pixel", _RIGHT_LOW, pixel.show),
 )
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
 
-import moderngl
 import msgspec
 
 from followspot.passes import lighting
@@ -15,6 +14,7 @@ from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present.viewer.flight import Flight
 from followspot.present.viewer.history import History
+from followspot.present.viewer.inspection import Asked, Found
 from followspot.scene.camera import Camera
 from followspot.scene.light import Light
 from followspot.scene.scene import Scene
@@ -149,6 +149,11 @@ class State:
         selected: Number of the lamp that is being edited.
         tool: What its gizmo does.
         recording: What is recorded.
+        asked: What panels want to know.
+        map_view: Of the shadow map's panel: its middle across and down, and how much it is zoomed.
+        map_light: Number of the light whose map that is.
+        sky_level: MIP level of the sky that its panel shows.
+        asset_search: Typed over the list of materials.
         frame_limit: Frames a second at most.
         panels: Whether the panels are there.
         mouse: What moving it does.
@@ -176,6 +181,11 @@ class State:
     selected: int | None = None
     tool: Tool = Tool.MOVE
     recording: Recording = field(default_factory=Recording)
+    asked: Asked = field(default_factory=Asked)
+    map_view: tuple[float, float, float] = (0.5, 0.5, 1.0)
+    map_light: int = 0
+    sky_level: int = 0
+    asset_search: str = ""
     frame_limit: int = 60
     panels: bool = True
     mouse: Mouse = Mouse.POINTS
@@ -213,6 +223,7 @@ class State:
             measured_exposure=None,
             time=0.0,
             selected=None,
+            asked=Asked(),
             wanted=None,
             save_as="",
             notice="",
@@ -298,7 +309,7 @@ class Seen:
         history: Times of the frames before it.
         recorded: What is being recorded, in words.
         levels: All levels and scenes that can be opened by name.
-        shadow_map: Of the key light, as greys; while it is looked at and there is one.
+        found: What has been asked for.
     """
 
     size: tuple[int, int]
@@ -306,4 +317,4 @@ class Seen:
     history: History
     recorded: str
     levels: tuple[str, ...]
-    shadow_map: moderngl.Texture | None
+    found: Found

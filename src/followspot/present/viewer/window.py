@@ -14,12 +14,12 @@ from followspot.errors import ContextError, FollowspotError
 from followspot.gpu.context import has_display, is_software, window_context
 from followspot.gpu.program import ShaderError
 from followspot.gpu.timers import FrameTimer
-from followspot.passes.view import View
 from followspot.present import arguments
 from followspot.present.renderer import Renderer
 from followspot.present.still import Wish, open_scene
 from followspot.present.viewer import canvas, controls, handles, layout
 from followspot.present.viewer.history import History
+from followspot.present.viewer.inspection import Inspector
 from followspot.present.viewer.layout import Panel
 from followspot.present.viewer.pointer import Pointer
 from followspot.present.viewer.recording import Recorder
@@ -114,12 +114,14 @@ class Viewer:
         context = window_context()
         with Renderer(self._size, context) as self.renderer:
             self._pointer = Pointer()
+            self._inspector = Inspector(context)
             self._timer = FrameTimer(context, waits=is_software(self.renderer.gl_renderer))
             try:
                 while not self.params.app_shall_exit:
                     hello_imgui.manual_render.render()
             finally:
                 self._recorder.close()
+                self._inspector.release()
         implot.destroy_context()
         hello_imgui.manual_render.tear_down()
 
@@ -143,8 +145,11 @@ class Viewer:
         try:
             self.state = canvas.prepared(self.renderer, self.state)
             self._reloader.look(self.renderer.pipeline)
+            self._inspector.before(self.renderer, self.state, size)
             with self._timer.frame():
                 report = canvas.draw(self.renderer, self.state)
+            found = self._inspector.after(self.renderer, self.state)
+            self.state = replace(self.state, asked=self.state.asked.standing)
         except (FollowspotError, ShaderError) as error:  # go back to what could be drawn
             if self._drawn is None:
                 raise
@@ -155,12 +160,10 @@ class Viewer:
             return
         self.state = self._recorder.record(self.renderer, self.state, seconds, passed)
         self._drawn = self.state
-        is_wanted = any(look.view is View.SHADOW_MAP for look in self.state.looks)
-        shadow_map = self.renderer.shadow_map_texture() if is_wanted else None
         self.renderer.target().show()
         levels = _levels(self.state.scene.archive)
         recorded = self._recorder.line()
-        self._seen = Seen(size, report, self._history, recorded, levels, shadow_map)
+        self._seen = Seen(size, report, self._history, recorded, levels, found)
 
     def _show_handles(self) -> None:
         self._reloader.show()

@@ -8,6 +8,14 @@ from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present.viewer.state import Look, Seen, State
 
+_COLORS = {
+    Overlay.BOXES: (1.0, 0.45, 0.4, 1.0),
+    Overlay.SCENE: (1.0, 0.9, 0.3, 1.0),
+    Overlay.LIGHT_FRUSTUM: (0.5, 0.7, 1.0, 1.0),
+    Overlay.CAMERA_FRUSTUM: (1.0, 1.0, 1.0, 1.0),
+}
+"""Of the names: about those of the lines."""
+
 
 def show(state: State, seen: Seen) -> State:
     """Draw the panel."""
@@ -22,11 +30,11 @@ def show(state: State, seen: Seen) -> State:
     changed, is_frozen = imgui.checkbox("Freeze culling (F)", state.culled_from is not None)
     if changed:
         state = replace(state, culled_from=state.camera if is_frozen else None)
-    for number, overlay in enumerate(Overlay):
-        if number % 2:
-            imgui.same_line(imgui.get_content_region_avail().x / 2)
+    for overlay in Overlay:
+        imgui.push_style_color(imgui.Col_.text, _COLORS[overlay])
         if imgui.checkbox(overlay.value, overlay in state.overlays)[0]:
             state = replace(state, overlays=state.overlays ^ {overlay})
+        imgui.pop_style_color()
     return state
 
 
