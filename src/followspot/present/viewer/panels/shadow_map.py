@@ -75,9 +75,8 @@ def _picture(state: State, seen: Seen) -> State:
         imgui.text_disabled("Point at a texel; the wheel zooms, dragging moves.")
     elif texel.depth < 1:
         where = ", ".join(f"{value:.0f}" for value in texel.position)
-        imgui.text(
-            f"{texel.place}: depth {texel.depth:.6f}, {texel.distance:.1f} units, at {where}"
-        )
+        told = f"{texel.place}: depth {texel.depth:.6f}, {texel.distance:.1f} units, at {where}"
+        imgui.text_wrapped(told)
     else:
         imgui.text(f"{texel.place}: nothing is there")
     return state
