@@ -152,12 +152,17 @@ def _bar(console: Console) -> Progress:
 
 @contextmanager
 def _terminable() -> Iterator[None]:
-    """Let kill -TERM unwind as Ctrl-C does, so that nothing half-made stays behind."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """Let kill -TERM unwind as Ctrl-C does, so that nothing half-made stays behind.
+
+    Ctrl-C itself is asked for, too: a process started in the background may be deaf to it.
+    """
+    numbers = signal.SIGTERM, signal.SIGINT
+    before = [signal.signal(number, signal.default_int_handler) for number in numbers]
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
 
 
 def _tell(console: Console, folder: Path, work: _Work) -> None:
