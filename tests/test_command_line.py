@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from followspot import cli
+from followspot.present.still import Wish
 
 Capture = pytest.CaptureFixture[str]
 
@@ -78,6 +79,8 @@ RENDER = ("render", "courtyard", "-o", "x.png")
         (("--set", "shadow_cull=left"), "shadow_cull"),
         (("--set", "exposure=inf"), "exposure"),
         (("--assets", "nowhere"), "nowhere"),
+        (("--time", "nan"), "--time"),
+        (("--time", "-1e300"), "--time"),
         (("--view", "shadow-map", "--light", "point:0,0,99:5"), "no shadow map"),
         (("--view", "shadow-map", "--no-shadows"), "no shadow map"),
         (("--light", "point:0,0,9:5") * 9, "at most 8 lights"),
@@ -170,3 +173,18 @@ def test_render_of_a_model_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
         with Image.open(picture) as image:
             shown.append(np.asarray(image))
     assert shown[0].std() > 10 and (shown[0] != shown[1]).any()
+
+
+def test_a_film_may_show_items(monkeypatch: pytest.MonkeyPatch) -> None:
+    wishes: list[Wish] = []
+
+    def run(scene: str, output: str, wish: Wish, film_wish: object) -> int:
+        wishes.append(wish)
+        return 0
+
+    monkeypatch.setattr("followspot.present.film.run", run)
+    for flags in ((), ("--items",)):
+        monkeypatch.setattr(sys, "argv", ["followspot", "film", "oa_dm5", "-o", "x.mp4", *flags])
+        with pytest.raises(SystemExit):
+            cli.main()
+    assert [wish.items for wish in wishes] == [False, True]

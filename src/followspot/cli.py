@@ -294,6 +294,7 @@ def film(
     set_: SetOption = None,
     no_shadows: NoShadowsOption = False,
     no_sky_light: NoSkyLightOption = False,
+    items: ItemsOption = False,
 ) -> None:
     """Film a flight through a scene or level; the same frames whatever the machine's speed.
 
@@ -315,6 +316,7 @@ def film(
         settings=set_ or (),
         shadows=not no_shadows,
         sky_light=not no_sky_light,
+        items=items,
     )
     film_wish = film_.FilmWish(path, seconds, fps, samples, supersample, max_bytes, jobs)
     raise typer.Exit(film_.run(scene, output, wish, film_wish))

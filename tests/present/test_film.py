@@ -197,6 +197,17 @@ def test_stopping_while_it_is_encoded_again(tmp_path: Path) -> None:
     assert written.frames == 9 and len(decoded(path)) == 9
 
 
+def test_one_interrupt_keeps_the_frames_that_are_drawn(tmp_path: Path) -> None:
+    """They are encoded again all; a second one does not wait for that."""
+    to = Output(tmp_path / "film.mp4", is_folder=False)
+    for interrupts, kept in ((1, 20), (2, 1)):
+        with Interrupt() as interrupt:
+            for _ in range(interrupts):
+                signal.raise_signal(signal.SIGTERM)
+            written = film.write(to, noise(20), film_of(), 20_000, interrupt)
+        assert written.frames == kept == len(decoded(to.path))
+
+
 def test_a_failure_leaves_nothing(tmp_path: Path) -> None:
     def failing() -> Iterator[Pictures]:
         yield from noise(10)
@@ -231,6 +242,9 @@ def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "precious.txt").write_text("mine")
     with pytest.raises(UsageError, match="a folder of a film's frames"):
         film.parse_output(str(tmp_path), FilmWish())
+    (tmp_path / "x.mp4").mkdir()
+    with pytest.raises(UsageError, match="found a folder"):
+        film.parse_output(f"{tmp_path}/x.mp4", FilmWish())
 
 
 @pytest.mark.parametrize(

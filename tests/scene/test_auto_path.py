@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from followspot.assets.bsp import LUMPS
 from followspot.errors import UsageError
 from followspot.scene import auto_path, bsp_tree
-from followspot.scene.load import load
+from followspot.scene.load import load, load_figure
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.path import CameraPath
 from followspot.scene.scene import Scene, spawn_cameras
@@ -124,6 +124,8 @@ def test_a_level_without_room() -> None:
     level = replace(scene.level, bsp=replace(scene.level.bsp, models=world))
     with pytest.raises(UsageError, match="no room"):
         auto_path.find(replace(scene, level=level), 5.0)
+    with pytest.raises(UsageError, match="a model alone"):
+        auto_path.find(load_figure("models/robot/robot.md2"), 5.0)
 
 
 def test_open_space_agrees_with_lines_through_it() -> None:
@@ -142,3 +144,26 @@ def test_open_space_agrees_with_lines_through_it() -> None:
     assert (bsp_tree.trace(bsp, start, end) == 1).all()
     in_wall = bsp_tree.leaf_is_solid(bsp)[bsp_tree.point_leafs(bsp, places)]
     assert not (free & in_wall).any()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "courtyard",
+        *(pytest.param(n, marks=pytest.mark.openarena) for n in ("suspended", "am_underworks2")),
+    ],
+)
+def test_nothing_drawn_is_in_the_open(name: str) -> None:
+    """Some levels draw floors on brushes that are not solid, and barrels that are no brushes."""
+    level = load(name).level
+    opaque = np.array([m.blend is None for m in level.materials])[level.mesh.faces["material"]]
+    corners = level.mesh.indices[np.repeat(opaque, level.mesh.faces["index_count"])]
+    triangles = level.mesh.vertices["position"][corners].reshape(-1, 3, 3)
+    edges = np.linalg.norm(np.diff(triangles, axis=1, append=triangles[:, :1]), axis=2)
+    world = level.bsp.models[0]
+    inside = (triangles >= world["mins"]).all(axis=(1, 2)) & (triangles <= world["maxs"]).all(
+        axis=(1, 2)
+    )
+    middles = triangles[inside & (edges.min(axis=1) > 8)].mean(axis=1)
+    assert len(middles) > 1000
+    assert not OpenSpace(level, 4.0).is_free(middles).any()

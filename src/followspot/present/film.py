@@ -3,7 +3,7 @@
 import os
 import signal
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -72,19 +72,15 @@ class Interrupt:
 
     Attributes:
         signal: The one that came last; none so far if None.
+        count: How many have come: one ends the drawing, two end it all.
     """
 
     def __init__(self) -> None:
         self.signal: int | None = None
-        self._is_new = False
-
-    def take(self) -> bool:
-        """Whether one has come since the last time that this was asked."""
-        is_new, self._is_new = self._is_new, False
-        return is_new
+        self.count = 0
 
     def _come(self, number: int, _: FrameType | None) -> None:
-        self.signal, self._is_new = number, True
+        self.signal, self.count = number, self.count + 1
 
     def __enter__(self) -> "Interrupt":
         numbers = (signal.SIGINT, signal.SIGTERM)
@@ -113,7 +109,11 @@ def run(scene: str, output: str, wish: Wish, film_wish: FilmWish) -> int:
         pictures = bar.track(
             draw_frames(scene, opened, wish, film, film_wish.jobs, interrupt), task_id=task
         )
-        written = write(to, pictures, film, film_wish.max_bytes, interrupt)
+
+        def on_attempt(size: int) -> None:
+            bar.update(task, description=f"{size:,} bytes, encoding again")
+
+        written = write(to, pictures, film, film_wish.max_bytes, interrupt, on_attempt)
     _tell(console, to, film, written)
     return 0 if interrupt.signal is None else 128 + interrupt.signal
 
@@ -160,6 +160,8 @@ def parse_output(text: str, wish: FilmWish) -> Output:
     if not is_folder and path.suffix.lower() not in video.CODECS:
         known = ", ".join(video.CODECS)
         raise UsageError(f"{text}: expected a name that ends in {known}, or in / for a folder")
+    if not is_folder and path.is_dir():
+        raise UsageError(f"{text}: expected the name of a file, found a folder")
     if is_folder and not path.name:
         raise UsageError(f"{text}: expected the name of a folder that can be made anew")
     if is_folder and wish.max_bytes is not None:
@@ -218,19 +220,27 @@ def draw_frames(
 ) -> Iterator[Picture]:
     """The film's frames in order, up to an interrupt."""
     if jobs > 1:
-        yield from workers.pictures(name, wish, film, jobs, interrupt.take)
+        yield from workers.pictures(name, wish, film, jobs, lambda: interrupt.count > 0)
         return
     with FilmCamera(scene, film) as camera:
         for picture in camera.pictures(range(film.frame_count)):
             yield picture
-            if interrupt.take():
+            if interrupt.count:
                 return
 
 
 def write(
-    to: Output, pictures: Iterable[Picture], film: Film, max_bytes: int | None, interrupt: Interrupt
+    to: Output,
+    pictures: Iterable[Picture],
+    film: Film,
+    max_bytes: int | None,
+    interrupt: Interrupt,
+    on_attempt: Callable[[int], object] = lambda _: None,
 ) -> Written:
     """Write a film under its final name only when all of it is there; nothing without a frame.
+
+    Frames that have been drawn are encoded again all, where they must, unless a second interrupt
+    comes.
 
     Raises:
         UsageError: it cannot be written there, or not so small.
@@ -245,7 +255,9 @@ def write(
                 written = video.write_folder(part, pictures)
             else:
                 shape = Shape(film.size, film.fps)
-                written = video.write_video(part, pictures, shape, max_bytes, interrupt.take)
+                written = video.write_video(
+                    part, pictures, shape, max_bytes, lambda: interrupt.count > 1, on_attempt
+                )
             if written.frames:
                 if to.is_folder and to.path.exists():
                     to.path.rename(Path(workshop) / "before")

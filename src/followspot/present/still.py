@@ -14,6 +14,9 @@ from followspot.scene.camera import Camera
 from followspot.scene.load import Step, load, load_figure, with_chosen_light
 from followspot.scene.scene import Scene
 
+FARTHEST_TIME = 1e6
+"""Seconds from 0 at which characters can be looked at."""
+
 
 @dataclass(frozen=True)
 class Wish:
@@ -43,6 +46,8 @@ def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[S
         AssetError: the scene cannot be opened.
         UsageError: something in the wish makes no sense for it.
     """
+    if not abs(wish.time) <= FARTHEST_TIME:
+        raise UsageError(f"--time: expected at most {FARTHEST_TIME:g} s, found {wish.time:g}")
     lights = [arguments.parse_light(text) for text in wish.lights]
     if figure_file.is_model(name):
         scene = load_figure(name, wish.assets, wish.animation, on_step=on_step)

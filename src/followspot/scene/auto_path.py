@@ -48,8 +48,10 @@ def find(scene: Scene, seconds: float) -> CameraPath:
     """A path of a given duration; always the same for the same level.
 
     Raises:
-        UsageError: the level has no room for a camera.
+        UsageError: the level has no room for a camera, or the scene has no level.
     """
+    if not len(scene.level.bsp.models):
+        raise UsageError(f"{scene.name}: expected a level to fly through, found a model alone")
     lattice = Lattice.of(scene.level)
     curve = _smoothed(scene.level, _tour(lattice, *_stops(scene, lattice), seconds))
     return _with_camera(scene.level, curve, seconds, _speed(lattice))

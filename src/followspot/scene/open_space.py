@@ -29,6 +29,7 @@ VOXEL = 8.0
 
 MAX_VOXELS = 200_000
 LARGE = 256.0
+_BEHIND = 0.5  # units behind a brush's side: inside of the brush
 
 _CHUNK = 20_000  # boxes, or pairs of box and brush, at a time: it fits into caches
 _MAX_PAIRS = 4_000_000
@@ -172,9 +173,11 @@ def _drawn_triangles(level: Level) -> Array:
     solid = (bsp.shaders["content_flags"][faces["shader"]] & CONTENTS_SOLID) != 0
     is_brush = (number >= 0) & of_world & solid & (faces["type"] == FaceType.POLYGON)
     opaque = np.array([m.blend is None for m in materials], bool)[mesh.faces["material"]]
-    wanted = mesh.faces[opaque & ~is_brush]
+    wanted = mesh.faces[opaque]
     corners = mesh.indices[run_members(wanted["first_index"], wanted["index_count"])]
     triangles = mesh.vertices["position"][corners].astype(np.float64).reshape(-1, 3, 3)
+    maybe = np.flatnonzero(np.repeat(is_brush[opaque], wanted["index_count"] // 3))
+    triangles = np.delete(triangles, maybe[_has_solid_behind(level, triangles[maybe])], axis=0)
     done = [triangles[:0]]
     while len(triangles):
         inside = (triangles.max(axis=1) >= world["mins"]) & (triangles.min(axis=1) <= world["maxs"])
@@ -183,6 +186,20 @@ def _drawn_triangles(level: Level) -> Array:
         done.append(triangles[~large])
         triangles = _quartered(triangles[large])
     return np.concatenate(done)
+
+
+def _has_solid_behind(level: Level, triangles: Array) -> Mask:
+    """(t,) whether (t, 3, 3) triangles are sides of something solid, behind their middles.
+
+    Compilers write flat patches and models as they write brushes, and brushes may be drawn in solid
+    shaders without being solid themselves.
+    """
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    normal = np.cross(c - a, b - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+    within = OpenSpace(level, _BEHIND / 2)
+    middle = triangles.mean(axis=1) - _BEHIND * normal
+    return ~(within._free_of_leafs(middle) & within._free_of_brushes(middle))
 
 
 @dataclass(frozen=True, eq=False)
