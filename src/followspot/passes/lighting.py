@@ -76,7 +76,7 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
         macros["ALBEDO"] = f"{settings.albedo:.9g}"
     if settings.sky_light:
         macros["SKY_LIGHT"] = 1
-        towards = _towards_axes(scene.sky, settings.environment_mip)
+        towards = towards_axes(scene.sky, settings.environment_mip)
         for axis, radiance in zip(_AXES, towards, strict=True):
             values = radiance * scene.environment_constant + scene.ambient
             macros[f"SKY_{axis}"] = "vec3({:.9g}, {:.9g}, {:.9g})".format(*values)
@@ -84,7 +84,8 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
 
 
 @lru_cache(maxsize=8)
-def _towards_axes(sky: CubeMap, level: float | None) -> NDArray[np.float64]:
+def towards_axes(sky: CubeMap, level: float | None) -> NDArray[np.float64]:
+    """`CubeMap.towards_axes`, remembered."""
     return sky.towards_axes(level)
 
 

@@ -34,6 +34,7 @@ class ShadowPass:
 
     Attributes:
         redrawn: Whether the last call drew the level.
+        version: Another number whenever something has been drawn.
         triangle_count: The level's triangles in the atlas.
         draw_count: Draw calls that it took.
     """
@@ -59,6 +60,7 @@ class ShadowPass:
         self._maps: list[_Map] = []  # with characters the level's alone, then the one with theirs
         self._covered: list[Extent] = []  # by them, of each tile of it
         self.redrawn = False
+        self.version = 0
         self.triangle_count = self.draw_count = 0
 
     def _array(self, shadow: moderngl.Program) -> list[moderngl.VertexArray]:
@@ -136,9 +138,11 @@ class ShadowPass:
             with self._drawing_into(self._maps[0], settings):
                 self._draw_level(settings)
             self._drawn = wanted
-        if not is_used or len(self._maps) == 1 or not (self.redrawn or characters_moved):
-            return
-        self._draw_characters(settings)
+        has_moved = is_used and len(self._maps) > 1 and characters_moved
+        if self.redrawn or has_moved:
+            self.version += 1
+            if len(self._maps) > 1:
+                self._draw_characters(settings)
 
     def _draw_characters(self, settings: Settings) -> None:
         """Put the level's depth back where characters have been or will be; draw them over it."""

@@ -59,7 +59,7 @@ class Renderer:
         self._targets: dict[bool, Target] = {}
         self._gpu_scene: GpuScene | None = None
         self._pipeline: FramePipeline | None = None
-        self._preview: ShadowPreview | None = None
+        self._previews: dict[int, ShadowPreview] = {}
         self._timers: PassTimers | None = None
 
     @property
@@ -215,14 +215,11 @@ class Renderer:
         distance = self._pipeline.shadow.read_distance(0, frame.settings.shadow_map_size)
         return distance if linear else _stretched(distance)
 
-    def shadow_map_texture(
-        self, number: int = 0, between: tuple[float, float] | None = None
-    ) -> moderngl.Texture | None:
+    def shadow_map_texture(self, number: int = 0) -> moderngl.Texture | None:
         """A light's shadow map as the last frame left it, as greys in a texture, top row first.
 
         Args:
             number: Of the light, among those with a shadow map.
-            between: See `ShadowPreview.draw`.
 
         Returns:
             The same texture every time while maps keep their size; none if there is no such map.
@@ -232,16 +229,9 @@ class Renderer:
         shadow = self._pipeline.shadow
         if number >= len(shadow.tiles):
             return None
-        size = shadow.atlas.height
-        if self._preview is None or self._preview.size != size:
-            self._drop_preview()
-            self._preview = ShadowPreview(self._context, size)
-        return self._preview.draw(shadow, number, between)
-
-    def _drop_preview(self) -> None:
-        if self._preview is not None:
-            self._preview.release()
-        self._preview = None
+        if number not in self._previews:
+            self._previews[number] = ShadowPreview(self._context)
+        return self._previews[number].draw(shadow, number)
 
     def exposure(
         self,
@@ -279,7 +269,9 @@ class Renderer:
 
     def _drop_scene(self) -> None:
         self._make_current()
-        self._drop_preview()
+        for preview in self._previews.values():
+            preview.release()
+        self._previews.clear()
         if self._pipeline is not None:
             self._pipeline.release()
         if self._gpu_scene is not None:

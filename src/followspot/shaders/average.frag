@@ -1,5 +1,6 @@
 #version 330 core
 // The mean of a square of pixels, times a share: what several pictures add up to is their mean.
+#include "common/srgb.glsl"
 
 uniform sampler2D picture;
 uniform int edge;     // of the square, in pixels
@@ -8,17 +9,13 @@ uniform bool decoded; // the picture holds plain values, which the fetch has tak
 
 out vec4 value;
 
-vec3 encode(vec3 v) {  // IEC 61966-2-1
-    return mix(v * 12.92, 1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, greaterThan(v, vec3(0.0031308)));
-}
-
 void main() {
     ivec2 corner = ivec2(gl_FragCoord.xy) * edge;
     vec3 sum = vec3(0.0);
     for (int y = 0; y < edge; y++) {
         for (int x = 0; x < edge; x++) {
             vec3 v = texelFetch(picture, corner + ivec2(x, y), 0).rgb;
-            sum += decoded ? encode(v) : v;
+            sum += decoded ? srgb_from_linear(v) : v;
         }
     }
     value = vec4(sum * share, 1.0);

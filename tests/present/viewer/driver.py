@@ -186,8 +186,8 @@ class Finger(Hands):
         self.viewer.state = replace(state, selected=1)
         self.context.yield_(3)
 
-    def wait(self, condition: Condition) -> None:
-        for _ in self.until(condition):
+    def wait(self, condition: Condition, frames: int = 200) -> None:
+        for _ in self.until(condition, frames):
             self.context.yield_()
 
     def in_frame(self, question: Callable[[], Any]) -> Any:

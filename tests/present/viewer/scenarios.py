@@ -15,7 +15,10 @@ from driver import Condition, Finger, Hands
 from gl_calls import live_objects
 from imgui_bundle import imgui
 from imgui_bundle.imguizmo import im_guizmo
-from panel_scenarios import inspecting as inspecting
+from inspection_scenarios import asking as asking
+from inspection_scenarios import colouring as colouring
+from inspection_scenarios import leaving as leaving
+from inspection_scenarios import mapping as mapping
 from panel_scenarios import panels as panels
 from PIL import Image
 
@@ -34,7 +37,7 @@ from followspot.spaces import Vec3
 MAY_GROW = 30e6
 """Bytes, over four changes of levels of which each takes more than that."""
 
-LARGE = {"inspecting", "panels", "switching"}
+LARGE = {"asking", "colouring", "leaving", "mapping", "panels", "switching"}
 """Those that need larger panels."""
 
 

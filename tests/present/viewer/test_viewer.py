@@ -52,10 +52,6 @@ def test_the_panels_widgets(screen: str, tmp_path: Path) -> None:
     play("panels", screen, tmp_path, **NOTHING_DRAWN)
 
 
-def test_what_panels_find_out(screen: str, tmp_path: Path) -> None:
-    play("inspecting", screen, tmp_path)
-
-
 def test_a_light_is_moved_by_its_gizmo(screen: str, tmp_path: Path) -> None:
     play("dragging", screen, tmp_path, **NOTHING_DRAWN)
 

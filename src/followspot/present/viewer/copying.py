@@ -51,6 +51,8 @@ def untold(state: State) -> list[str]:
     lights = [lamp.light for lamp in state.lamps if lamp.is_on]
     spots = [light for light in lights if isinstance(light, SpotLight)]
     reasons = []
+    if state.environment_constant != state.scene.environment_constant:
+        reasons.append("the environment constant")
     if _has_own_lights(state):
         if not lights:
             reasons.append("that all lights are off")

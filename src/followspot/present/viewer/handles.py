@@ -33,9 +33,9 @@ def show(state: State, seen: Seen) -> State:
     _shadow_maps(state, seen)
     if state.right is not None:
         state = _divider(state)
-    state = _picked(state)
     if not state.panels:
         return state
+    state = _picked(state)
     state = _marks(state)
     if state.selected is not None:
         state = _gizmo(state, state.selected)
@@ -51,13 +51,13 @@ def _shadow_maps(state: State, seen: Seen) -> None:
             continue
         picture = imgui.get_background_draw_list()
         picture.add_rect_filled((left, 0), (right, height), imgui.IM_COL32(*BEHIND, 255))
-        if seen.found.shadow_map is None:
+        if seen.found.key_map is None:
             text = "No spot light casts shadows here."
             picture.add_text(((left + right) / 2 - 100, height / 2), _LINE, text)
             continue
         half = min(right - left, height) / 2
         x, y = (left + right) / 2, height / 2
-        texture = imgui.ImTextureRef(seen.found.shadow_map.glo)
+        texture = imgui.ImTextureRef(seen.found.key_map.glo)
         picture.add_image(texture, (x - half, y - half), (x + half, y + half))
 
 
@@ -95,9 +95,12 @@ def _picked(state: State) -> State:
     io = imgui.get_io()
     scale = io.display_framebuffer_scale
     if imgui.is_mouse_clicked(imgui.MouseButton_.middle) and not io.want_capture_mouse:
-        pixel = int(io.mouse_pos.x * scale.x), int(io.mouse_pos.y * scale.y)
-        state = replace(state, asked=replace(state.asked, pixel=pixel))
-    if state.asked.pixel is not None and state.panels:
+        look = state.look_at(io.mouse_pos.x / io.display_size.x)
+        if look.view is not View.SHADOW_MAP:  # which is no picture of the scene
+            pixel = int(io.mouse_pos.x * scale.x), int(io.mouse_pos.y * scale.y)
+            state = replace(state, asked=replace(state.asked, pixel=pixel))
+            imgui.set_window_focus("Pixel")
+    if state.asked.pixel is not None:
         x, y = state.asked.pixel
         place = (x + 0.5) / scale.x, (y + 0.5) / scale.y
         marks = imgui.get_background_draw_list()

@@ -47,16 +47,16 @@ class Panel:
 
 PANELS = (
     Panel("Stages", _LEFT, stages.show),
-    Panel("Recording", _LEFT, recording.show),
+    Panel("Shadow map", _LEFT, shadow_map.show),
     Panel("Save", _LEFT, saving.show),
     Panel("Places", _LEFT_LOW, places.show),
     Panel("Level", _LEFT_LOW, level.show),
     Panel("Assets", _LEFT_LOW, assets.show),
     Panel("Lights", _RIGHT, lights.show),
-    Panel("Environment", _RIGHT, environment.show),
+    Panel("Recording", _RIGHT, recording.show),
     Panel("Keys", _RIGHT, keys.show),
     Panel("Frame", _RIGHT_LOW, frame.show),
-    Panel("Shadow map", _RIGHT_LOW, shadow_map.show),
+    Panel("Environment", _RIGHT_LOW, environment.show),
     Panel("Pixel", _RIGHT_LOW, pixel.show),
 )
 
@@ -99,10 +99,10 @@ def show_bars(params: hello_imgui.RunnerParams, *, are_shown: bool) -> None:
 def _splits() -> list[hello_imgui.DockingSplit]:
     main = "MainDockSpace"
     return [
-        hello_imgui.DockingSplit(main, _LEFT, imgui.Dir.left, 0.22),
+        hello_imgui.DockingSplit(main, _LEFT, imgui.Dir.left, 0.23),
         hello_imgui.DockingSplit(_LEFT, _LEFT_LOW, imgui.Dir.down, 0.39),
         hello_imgui.DockingSplit(main, _RIGHT, imgui.Dir.right, 0.3),
-        hello_imgui.DockingSplit(_RIGHT, _RIGHT_LOW, imgui.Dir.down, 0.55),
+        hello_imgui.DockingSplit(_RIGHT, _RIGHT_LOW, imgui.Dir.down, 0.6),
     ]
 
 

@@ -134,7 +134,13 @@ def _as_file(state: State, file: SceneFile, path: Path) -> State:
         environment_constant=file.environment_constant,
         settings=file.settings,
     )
-    state = replace(state, scene=scene, settings=file.settings, save_as="")
+    state = replace(
+        state,
+        scene=scene,
+        settings=file.settings,
+        environment_constant=file.environment_constant,
+        save_as="",
+    )
     if file.lights is None:
         return state
     lights = tuple(entry.light() for entry in file.lights)

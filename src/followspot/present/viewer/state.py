@@ -12,9 +12,9 @@ from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
+from followspot.present.viewer.asking import Asked, Found
 from followspot.present.viewer.flight import Flight
 from followspot.present.viewer.history import History
-from followspot.present.viewer.inspection import Asked, Found
 from followspot.scene.camera import Camera
 from followspot.scene.light import Light
 from followspot.scene.scene import Scene
@@ -135,6 +135,7 @@ class State:
         scene: As it was opened.
         settings: The scene's, as changed since.
         lamps: The scene's lights, as changed since.
+        environment_constant: The scene's, as changed since.
         flight: The camera.
         walks: Whether it is the eye of somebody who walks instead of flying.
         look: What is shown; with a split, in its left half.
@@ -150,6 +151,7 @@ class State:
         tool: What its gizmo does.
         recording: What is recorded.
         asked: What panels want to know.
+        follows_pixel: Whether the pixel that was picked is looked at again as things change.
         map_view: Of the shadow map's panel: its middle across and down, and how much it is zoomed.
         map_light: Number of the light whose map that is.
         sky_level: MIP level of the sky that its panel shows.
@@ -168,6 +170,7 @@ class State:
     scene: Scene
     settings: Settings
     lamps: tuple[Lamp, ...]
+    environment_constant: float
     flight: Flight
     look: Look = Look()
     walks: bool = False
@@ -182,6 +185,7 @@ class State:
     tool: Tool = Tool.MOVE
     recording: Recording = field(default_factory=Recording)
     asked: Asked = field(default_factory=Asked)
+    follows_pixel: bool = False
     map_view: tuple[float, float, float] = (0.5, 0.5, 1.0)
     map_light: int = 0
     sky_level: int = 0
@@ -208,7 +212,8 @@ class State:
             Lamp(light, number=None if scene.lights_chosen else number)
             for number, light in enumerate(scene.lights)
         )
-        return cls(scene, scene.settings, lamps, Flight(camera).at(camera), look)
+        flight = Flight(camera).at(camera)
+        return cls(scene, scene.settings, lamps, scene.environment_constant, flight, look)
 
     def opened(self, scene: Scene) -> "State":
         """Another scene from its first view on, looked at as this one is."""
@@ -218,12 +223,14 @@ class State:
             scene=scene,
             settings=new.settings,
             lamps=new.lamps,
+            environment_constant=new.environment_constant,
             flight=replace(new.flight, speed=self.flight.speed),
             culled_from=None,
             measured_exposure=None,
             time=0.0,
             selected=None,
             asked=Asked(),
+            map_light=0,
             wanted=None,
             save_as="",
             notice="",
@@ -258,6 +265,10 @@ class State:
         """What the picture or its halves show, from left to right."""
         return (self.look,) if self.right is None else (self.look, self.right)
 
+    def look_at(self, across: float) -> Look:
+        """What is shown at a share of the picture's width."""
+        return self.look if self.right is None or across < self.divider else self.right
+
     @property
     def camera(self) -> Camera:
         """Where the picture is taken from."""
@@ -280,6 +291,7 @@ class State:
         return replace(
             self.scene,
             lights=tuple(lamp.light for lamp in self.lamps if lamp.is_on),
+            environment_constant=self.environment_constant,
             settings=self.settings,
         )
 

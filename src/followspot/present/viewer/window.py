@@ -145,7 +145,7 @@ class Viewer:
         try:
             self.state = canvas.prepared(self.renderer, self.state)
             self._reloader.look(self.renderer.pipeline)
-            self._inspector.before(self.renderer, self.state, size)
+            self._inspector.before(self.renderer, self.state)
             with self._timer.frame():
                 report = canvas.draw(self.renderer, self.state)
             found = self._inspector.after(self.renderer, self.state)

@@ -2,52 +2,66 @@
 
 from dataclasses import replace
 
+import moderngl
 from imgui_bundle import imgui
 
 from followspot.passes import lighting
 from followspot.present.viewer.state import Seen, State
+from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace
 
 SIZES = (256, 512, 1024, 2048, 4096)
 _CLAMPED = imgui.SliderFlags_.always_clamp
+_WHEN_DONE = imgui.InputTextFlags_.enter_returns_true
+"""What becomes part of the shaders is not changed while it is being typed."""
 _ZOOM = 1.25
 """Of a notch of the wheel."""
+_LEAST = 120.0
+"""Edge of the picture in a panel that is too low for all."""
+_ROWS = 5
+"""Of widgets below the picture."""
 
 
 def show(state: State, seen: Seen) -> State:
     """Draw the panel."""
-    lights = lighting.shadowed(
-        lighting.in_order(state.lit.lights), state.look.settings(state.settings)
-    )
+    lights = _shadowed(state)
     if not lights:
         imgui.text_wrapped("No spot light casts shadows here.")
         return _settings(state)
     number = min(state.map_light, len(lights) - 1)
     names = [light.name or f"spot {k}" for k, light in enumerate(lights)]
-    imgui.push_item_width(imgui.get_content_region_avail().x * 0.5)
-    _, number = imgui.combo("light", number, names)
-    imgui.pop_item_width()
+    imgui.set_next_item_width(imgui.get_content_region_avail().x * 0.4)
+    _, number = imgui.combo("##light", number, names)
     state = replace(state, map_light=number, asked=replace(state.asked, shadow_map=number))
-    state = _picture(state, seen)
-    report = seen.report
-    imgui.text(
-        f"Drawn in this frame: {report.shadow_triangles:,} triangles in {report.shadow_draws} draws"
-        if report.shadow_redrawn
-        else "Kept from an earlier frame"
-    )
+    imgui.same_line()
+    age = seen.found.map_age
+    imgui.text(f"kept for {age} frames" if age else "drawn in this frame")
+    low = 3 * imgui.get_text_line_height_with_spacing()
+    low += _ROWS * imgui.get_frame_height_with_spacing()
+    room = imgui.get_content_region_avail()
+    edge = min(room.x, max(room.y - low, _LEAST))
+    if seen.found.shadow_map is None:
+        imgui.dummy((edge, edge))
+    else:
+        state = _picture(state, seen.found.shadow_map, edge)
+    _texel(seen)
     return _settings(state)
 
 
-def _picture(state: State, seen: Seen) -> State:
-    """The map, which the wheel zooms and dragging moves; what the texel under the mouse holds."""
-    edge = min(imgui.get_content_region_avail().x, 260.0)
-    texture = seen.found.shadow_map
-    if texture is None:
-        imgui.dummy((edge, edge))
-        return state
+def _shadowed(state: State) -> tuple[SpotLight, ...]:
+    """The lights with a map in the picture, or in a half of it."""
+    lights = lighting.in_order(state.lit.lights)
+    each = (lighting.shadowed(lights, look.settings(state.settings)) for look in state.looks)
+    return max(each, key=len)
+
+
+def _picture(state: State, texture: moderngl.Texture, edge: float) -> State:
+    """The map, which the wheel zooms and dragging moves; asks for the texel under the mouse."""
     x, y, zoom = state.map_view
     half = 0.5 / zoom
-    corner = imgui.get_cursor_screen_pos()
+    room, corner = imgui.get_content_region_avail(), imgui.get_cursor_screen_pos()
+    corner = imgui.ImVec2(corner.x + (room.x - edge) / 2, corner.y)
+    imgui.set_cursor_screen_pos(corner)
     reference = imgui.ImTextureRef(texture.glo)
     imgui.image(reference, (edge, edge), (x - half, y - half), (x + half, y + half))
     imgui.set_cursor_screen_pos(corner)
@@ -57,56 +71,75 @@ def _picture(state: State, seen: Seen) -> State:
     if imgui.is_item_active():
         x -= io.mouse_delta.x / edge / zoom
         y -= io.mouse_delta.y / edge / zoom
-    texel = seen.found.texel
     if imgui.is_item_hovered():
         u = x - half + (io.mouse_pos.x - corner.x) / edge / zoom
         v = y - half + (io.mouse_pos.y - corner.y) / edge / zoom
         size = texture.width
-        place = int(u * size), int(v * size)
-        state = replace(state, asked=replace(state.asked, texel=place))
+        state = replace(state, asked=replace(state.asked, texel=(int(u * size), int(v * size))))
         if io.mouse_wheel:  # what is under the pointer stays there
             closer = min(max(zoom * _ZOOM**io.mouse_wheel, 1.0), size / 8)
             x, y, zoom = u + (x - u) * zoom / closer, v + (y - v) * zoom / closer, closer
     half = 0.5 / zoom
-    state = replace(
-        state, map_view=(min(max(x, half), 1 - half), min(max(y, half), 1 - half), zoom)
-    )
+    x, y = (min(max(at, half), 1 - half) for at in (x, y))
+    return replace(state, map_view=(x, y, zoom))
+
+
+def _texel(seen: Seen) -> None:
+    """Two lines on the texel under the mouse."""
+    texel = seen.found.texel
     if texel is None:
-        imgui.text_disabled("Point at a texel; the wheel zooms, dragging moves.")
-    elif texel.depth < 1:
-        where = ", ".join(f"{value:.0f}" for value in texel.position)
-        told = f"{texel.place}: depth {texel.depth:.6f}, {texel.distance:.1f} units, at {where}"
-        imgui.text_wrapped(told)
-    else:
-        imgui.text(f"{texel.place}: nothing is there")
-    return state
+        imgui.text_disabled("Point at a texel to read it.")
+        imgui.text_disabled("The wheel zooms, dragging moves.")
+        return
+    column, row = texel.place
+    if texel.depth == 1:
+        imgui.text(f"{column}, {row}: depth 1")
+        imgui.text("nothing is there")
+        return
+    x, y, z = texel.position
+    imgui.text(f"{column}, {row}: depth {texel.depth:.6f}")
+    imgui.text(f"{texel.distance:.1f} units, at {x:.0f}, {y:.0f}, {z:.0f}")
 
 
 def _settings(state: State) -> State:
-    now = state.settings
-    imgui.push_item_width(imgui.get_content_region_avail().x * 0.5)
+    now, across = state.settings, imgui.get_content_region_avail().x
+    imgui.push_item_width(across * 0.27)
     sizes = sorted({*SIZES, now.shadow_map_size})
-    changed, index = imgui.combo(
-        "texels", sizes.index(now.shadow_map_size), [str(s) for s in sizes]
-    )
+    names = [str(size) for size in sizes]
+    changed, index = imgui.combo("texels", sizes.index(now.shadow_map_size), names)
     if changed:
         state = state.with_settings(shadow_map_size=sizes[index])
+    imgui.same_line(across / 2)
     faces = list(CullFace)
-    changed, index = imgui.combo("culled", faces.index(now.shadow_cull), [f.value for f in faces])
+    names = [face.value for face in faces]
+    changed, index = imgui.combo("culled", faces.index(now.shadow_cull), names)
     if changed:
         state = state.with_settings(shadow_cull=faces[index])
-    changed, taps = imgui.slider_int("filter taps", now.shadow_taps, 1, 4, "%d", _CLAMPED)
+    changed, taps = imgui.slider_int("taps", now.shadow_taps, 1, 4, "%d", _CLAMPED)
+    imgui.set_item_tooltip("Fetches along an edge of the filter's square")
     if changed:
         state = state.with_settings(shadow_taps=taps)
-    for name, label, least, most in (
-        ("shadow_normal_offset", "normal offset, texels", 0.0, 4.0),
-        ("shadow_bias", "bias, units", -4.0, 4.0),
-        ("shadow_slope_bias", "slope bias", 0.0, 8.0),
+    imgui.same_line(across / 2)
+    changed, fits = imgui.checkbox("fit", now.shadow_fit)
+    imgui.set_item_tooltip("Spend the map on what the camera sees")
+    if changed:
+        state = state.with_settings(shadow_fit=fits)
+    imgui.pop_item_width()
+    return _biases(state)
+
+
+def _biases(state: State) -> State:
+    now = state.settings
+    imgui.push_item_width(imgui.get_content_region_avail().x * 0.5)
+    for name, label, most in (
+        ("shadow_normal_offset", "normal offset, texels", 4.0),
+        ("shadow_slope_bias", "slope bias", 8.0),
     ):
-        value = getattr(now, name)
-        changed, value = imgui.slider_float(label, value, least, most, "%.2f", _CLAMPED)
+        changed, value = imgui.slider_float(label, getattr(now, name), 0, most, "%.2f", _CLAMPED)
         if changed:
             state = state.with_settings(**{name: value})
+    changed, bias = imgui.input_float("bias, units", now.shadow_bias, 0.25, 1, "%.2f", _WHEN_DONE)
+    if changed:
+        state = state.with_settings(shadow_bias=bias)
     imgui.pop_item_width()
-    changed, fits = imgui.checkbox("fitted to what is seen", now.shadow_fit)
-    return state.with_settings(shadow_fit=fits) if changed else state
+    return state

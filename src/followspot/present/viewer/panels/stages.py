@@ -8,13 +8,16 @@ from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present.viewer.state import Look, Seen, State
 
-_COLORS = {
-    Overlay.BOXES: (1.0, 0.45, 0.4, 1.0),
-    Overlay.SCENE: (1.0, 0.9, 0.3, 1.0),
-    Overlay.LIGHT_FRUSTUM: (0.5, 0.7, 1.0, 1.0),
-    Overlay.CAMERA_FRUSTUM: (1.0, 1.0, 1.0, 1.0),
+_OVERLAYS = {
+    Overlay.BOXES: ((1.0, 0.45, 0.4, 1.0), "Of objects: models, doors, props, characters"),
+    Overlay.SCENE: ((1.0, 0.9, 0.3, 1.0), "The box of everything"),
+    Overlay.LIGHT_FRUSTUM: ((0.5, 0.7, 1.0, 1.0), "What the lights' shadow maps cover"),
+    Overlay.CAMERA_FRUSTUM: (
+        (1.0, 1.0, 1.0, 1.0),
+        "What is seen by the camera that culling is frozen at",
+    ),
 }
-"""Of the names: about those of the lines."""
+"""Their names' colours, about those of the lines, and what they show."""
 
 
 def show(state: State, seen: Seen) -> State:
@@ -30,11 +33,14 @@ def show(state: State, seen: Seen) -> State:
     changed, is_frozen = imgui.checkbox("Freeze culling (F)", state.culled_from is not None)
     if changed:
         state = replace(state, culled_from=state.camera if is_frozen else None)
-    for overlay in Overlay:
-        imgui.push_style_color(imgui.Col_.text, _COLORS[overlay])
+    for number, (overlay, (colour, meaning)) in enumerate(_OVERLAYS.items()):
+        if number % 2:
+            imgui.same_line(imgui.get_content_region_avail().x / 2)
+        imgui.push_style_color(imgui.Col_.text, colour)
         if imgui.checkbox(overlay.value, overlay in state.overlays)[0]:
             state = replace(state, overlays=state.overlays ^ {overlay})
         imgui.pop_style_color()
+        imgui.set_item_tooltip(meaning)
     return state
 
 
