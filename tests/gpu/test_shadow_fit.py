@@ -7,11 +7,12 @@ import pytest
 from test_shadows import report, texel_at_one
 
 from conftest import Draw
+from followspot.passes.shadow_fit import ShadowFrustum
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
-from synthetic import box, camera, make_scene, quad, spot
+from synthetic import box, camera, floor, looking, make_scene, on_plane, quad, spot
 
 pytestmark = pytest.mark.gl
 
@@ -73,3 +74,53 @@ def test_culling_moves_no_shadow(draw: Draw) -> None:
         view = camera((k * 100 - 300, 50, 60), yaw=k * 60, pitch=20, fov=60)
         every = draw(scene, view, View.DIRECT, culling=False)
         np.testing.assert_array_equal(draw(scene, view, View.DIRECT), every)
+
+
+def tiles(renderer: Renderer) -> list[ShadowFrustum]:
+    """Of the key light: the wide one, then the near one if there is any."""
+    return [tile.frustum for tile in renderer.pipeline.shadow.tiles_of(0)]
+
+
+def test_near_the_camera_edges_are_those_of_a_finer_map(renderer: Renderer, draw: Draw) -> None:
+    """A pole's shadow before the camera, on a floor that goes on to the horizon."""
+    light = spot((0, 3000, 4000), (0, 0, 0), 35)
+    pole = box((-4, 20, 0), (4, 28, 300))
+    scene = make_scene([floor(2000), *pole], light)
+    view = looking((0, -90, 60), (0, -60, 55), 90)  # the floor from here to far away
+    visibility = draw(scene, view, View.SHADOW)
+    wide, near = tiles(renderer)
+    assert near.texel < wide.texel / 5
+    p, depth = on_plane(view, (0, 0, 1))
+    p[~np.isfinite(depth)] = 0, 0, 0  # the sky: the foot of the pole, which is neither
+    # The shadow of the pole's near corners goes away from the light's place on the floor.
+    share = (p[..., 1] - 20) / (p[..., 1] - 3000)
+    reaches = (p[..., 1] < -1) & (p[..., 1] > -150) & (share > 0)
+    x_at_pole = p[..., 0] * (1 - share)
+    texel = near.texel * np.linalg.norm(p - light.position, axis=-1) * 1.5
+    inside = reaches & (np.abs(x_at_pole) < 4 - texel)
+    outside = reaches & (np.abs(x_at_pole) > 4 + texel)
+    assert inside.sum() > 50 and outside.sum() > 500
+    assert (visibility[inside] < 0.5).all() and (visibility[outside] > 0.5).all()
+
+
+def test_no_seam_between_the_tiles(renderer: Renderer, draw: Draw) -> None:
+    """Nothing that is lit all over shows where one tile ends, whatever the filter takes."""
+    scene = make_scene([floor(2000)], spot((0, 3000, 4000), (0, 0, 0), 35))
+    for taps in (1, 4):
+        for yaw in range(0, 360, 30):
+            view = camera((0, 0, 60), yaw=yaw, pitch=15)
+            visibility = draw(scene, view, View.SHADOW, shadow_taps=taps)
+            depth = draw(scene, view, View.DEPTH)
+            assert len(tiles(renderer)) == 2
+            assert (visibility[np.isfinite(depth) & (depth < 1500)] == 1).all()
+
+
+def test_tiles_agree_about_what_both_hold(renderer: Renderer, draw: Draw) -> None:
+    """The near tile's shadows are those of a wide tile as fine, wherever it ends."""
+    scene = wide_scene()
+    for yaw in (0, 100, 230):
+        view = camera((0, 0, 130), yaw=yaw, pitch=20)
+        shared = draw(scene, view, View.SHADOW, shadow_map_size=2048)
+        assert len(tiles(renderer)) == 2
+        alone = draw(scene, view, View.SHADOW, shadow_map_size=8192, shadow_fit=False)
+        assert (np.abs(shared - alone) < 0.5).mean() > 0.99

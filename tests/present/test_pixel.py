@@ -237,13 +237,28 @@ def test_maps_are_shown_and_read_as_they_are(renderer: Renderer, garden: Scene) 
     frame = frame_of(garden, looking((-150, 40, 140), (20, 0, 10)))
     gpu_scene = renderer.open(garden)
     before = shown_shadow(renderer, frame)
-    shadow, size = renderer.pipeline.shadow, frame.settings.shadow_map_size
+    shadow = renderer.pipeline.shadow
+    size = shadow.size
     preview = ShadowPreview(gpu_scene.context)
     for number in (0, 1):
-        distance = shadow.read_distance(number, size)
-        depths = shadow.read_depths(number, (300, 200, 40, 30), size)
-        read = shadow.tiles[number].distances(depths).astype(np.float32)
-        np.testing.assert_array_equal(read, distance[200:230, 300:340])
+        distance = shadow.read_distance(number)
+        wide, *near = shadow.tiles_of(number)
+        whole = 0, 0, size, size
+        depths = shadow.read_depths(wide, whole)
+        np.testing.assert_array_equal(
+            shadow.read_depths(wide, (300, 200, 40, 30)), depths[200:230, 300:340]
+        )
+        expected = wide.frustum.distances(depths).astype(np.float32)
+        for tile in near:  # finer depths, where it holds the texels' middles
+            scale, shift = wide.finer_from_here()
+            x, y = np.meshgrid((np.arange(size) + 0.5) / size, 1 - (np.arange(size) + 0.5) / size)
+            x, y = x * scale[0] + shift[0], y * scale[1] + shift[1]
+            inside = (np.minimum(x, y) >= 0) & (np.maximum(x, y) < 1)
+            finer = tile.frustum.distances(shadow.read_depths(tile, whole)).astype(np.float32)
+            column, row = (x[inside] * size).astype(int), (y[inside] * size).astype(int)
+            expected[inside] = finer[size - 1 - row, column]
+            assert inside.sum() > 100
+        np.testing.assert_array_equal(distance, expected)
         hit = np.isfinite(distance)
         assert hit.mean() > 0.05
         nearest, farthest = distance[hit].min(), distance[hit].max()

@@ -1,10 +1,10 @@
 """Characters: which are seen, how they stand, and one instanced draw for each of their surfaces.
 
-Of every figure the characters in the camera's view come first in its buffer of instances, then
-those that only cast a shadow: the picture draws the first of them, a shadow map all.
+Each tile of the shadow maps and the picture draw characters of their own choice, whose rows are
+put into their figures' buffers just before.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import moderngl
@@ -24,7 +24,7 @@ from followspot.passes.materials import (
     variant_of,
 )
 from followspot.passes.programs import BASE_IMAGE, KEY_POSES, Shader, SurfacePrograms
-from followspot.passes.shadow_fit import ShadowFrustum
+from followspot.passes.shadow_tiles import Tile
 from followspot.scene.figure import Run
 from followspot.scene.material import Material
 from followspot.scene.settings import CullFace
@@ -43,13 +43,22 @@ class _Draw(NamedTuple):
     image: moderngl.Texture
 
 
+class _Choice(NamedTuple):
+    """Which of the rows are drawn: (n,) whether, and how many of each figure."""
+
+    rows: NDArray[np.bool_]
+    counts: list[int]
+
+    @classmethod
+    def of(cls, rows: NDArray[np.bool_], figure_of: NDArray[np.intp], figures: int) -> "_Choice":
+        return cls(rows, np.bincount(figure_of[rows], minlength=figures).tolist())
+
+
 class CharacterPass:
     """All characters of a scene.
 
     Attributes:
         seen: Number of characters in the camera's view, after `update`.
-        casting_boxes: (m, 3) least and (m, 3) largest corners of boxes that hold those, and others
-            that may cast a shadow into it.
     """
 
     def __init__(
@@ -75,9 +84,12 @@ class CharacterPass:
         kinds = (_POSED, _POSED | {"ALPHA_TEST": 1}) if draws else ()
         self._shadows = [Shader(context, folder, "shadow", self._arrays, kind) for kind in kinds]
         self._updated: object = None
-        self._counts = np.zeros((2, len(self._crowd.figures)), np.intp).tolist()
+        self._rows: NDArray[Any] = np.zeros(0)
+        self._picture = _Choice(np.zeros(0, bool), [0] * len(self._crowd.figures))
+        self._casting: list[_Choice] = []
+        self._uploaded: _Choice | None = None
+        self._boxes = np.empty((0, 3), np.float32), np.empty((0, 3), np.float32)
         self.seen = 0
-        self.casting_boxes = np.empty((0, 3), np.float32), np.empty((0, 3), np.float32)
 
     def _draw_of(self, number: int, run: Run) -> _Draw:
         image = self._gpu_scene.image_of(run.material)
@@ -91,15 +103,15 @@ class CharacterPass:
         self,
         seconds: float,
         clip_from_world: Mat4,
-        tiles: Iterable[ShadowFrustum],
+        tiles: Sequence[Tile],
         may_be_seen: NDArray[np.bool_] | None,
     ) -> bool:
-        """Choose the characters that matter and upload how they stand, if anything has changed.
+        """Choose the characters that matter and work out how they stand, if anything has changed.
 
         Args:
             seconds: The time.
             clip_from_world: The camera's.
-            tiles: Frusta of the shadow maps.
+            tiles: Of the shadow maps.
             may_be_seen: (n,) which the level does not hide from the camera; none draws also those
                 that cannot be seen.
 
@@ -108,7 +120,8 @@ class CharacterPass:
         """
         if not self._parts:
             return False
-        wanted = (seconds, clip_from_world.tobytes(), tuple(tiles), may_be_seen is None)
+        frusta = tuple((tile.frustum, tile.finer) for tile in tiles)
+        wanted = (seconds, clip_from_world.tobytes(), frusta, may_be_seen is None)
         if wanted == self._updated:
             return False
         self._updated = wanted
@@ -121,30 +134,43 @@ class CharacterPass:
         def within(matrix: Mat4) -> NDArray[np.bool_]:
             return drawlist.boxes_in_frustum(drawlist.frustum_planes(matrix), mins, maxs)
 
-        if may_be_seen is None:
-            seen = np.ones(len(crowd), bool)
-        else:
+        seen = np.ones(len(crowd), bool)
+        if may_be_seen is not None:
             seen = may_be_seen & within(clip_from_world)
-        matters = seen.copy()
-        for tile in wanted[2]:
-            matters |= within(tile.clip_from_world)
-        depth = places[:, :3] @ clip_from_world[3, :3]  # near ones first: they hide others
-        order = np.lexsort((depth, ~seen, crowd.figure_of))
-        chosen = order[matters[order]]
-        rows = crowd.instances(seconds, places, chosen)
-        self.seen = int(seen.sum())
-        self.casting_boxes = mins[chosen], maxs[chosen]
-        figures = len(crowd.figures)
-        self._counts = [
-            np.bincount(crowd.figure_of[which], minlength=figures).tolist()
-            for which in (seen, matters)
+        casting = [
+            within(tile.frustum.clip_from_world) & ~tile.leaves_to_finer(mins, maxs)
+            for tile in tiles
         ]
+        self.seen = int(seen.sum())
+        depth = places[:, :3] @ clip_from_world[3, :3]  # near ones first: they hide others
+        order = np.lexsort((depth, crowd.figure_of))
+        matters = np.logical_or.reduce([seen, *casting])
+        order = order[matters[order]]
+        self._rows = crowd.instances(seconds, places, order)
+        self._boxes = mins[order], maxs[order]
+        figure_of = crowd.figure_of[order]
+        self._picture = _Choice.of(seen[order], figure_of, len(crowd.figures))
+        self._casting = [_Choice.of(each[order], figure_of, len(crowd.figures)) for each in casting]
+        self._uploaded = None
+        return True
+
+    def casting_boxes(self, number: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(m, 3) least and largest corners of boxes that hold those that tile `number` draws."""
+        mins, maxs = self._boxes
+        chosen = self._casting[number].rows
+        return mins[chosen], maxs[chosen]
+
+    def _upload(self, choice: "_Choice") -> None:
+        """Put the rows of those that are drawn next into their figures' buffers."""
+        if choice is self._uploaded:
+            return
+        self._uploaded = choice
+        rows = self._rows[choice.rows]
         start = 0
-        for buffer, count in zip(self._gpu_scene.crowd.instances, self._counts[1], strict=True):
+        for buffer, count in zip(self._gpu_scene.crowd.instances, choice.counts, strict=True):
             if count:
                 buffer.write(rows[start : start + count])
                 start += count
-        return True
 
     def draw_opaque(self) -> None:
         """Draw solid and cut-out surfaces of those in view with depth test and writes."""
@@ -159,9 +185,10 @@ class CharacterPass:
         self._draw(self._blended)
 
     def _draw(self, draws: Sequence[_Draw]) -> None:
+        self._upload(self._picture)
         state: object = None
         for draw in draws:
-            count = self._counts[0][draw.part.figure]
+            count = self._picture.counts[draw.part.figure]
             if not count:
                 continue
             material = draw.run.material
@@ -171,18 +198,21 @@ class CharacterPass:
             self._render(draw, self.programs.chosen[draw.variant], count)
         self._context.polygon_offset = 0.0, 0.0
 
-    def draw_casters(self, clip_from_world: Mat4, cull: CullFace) -> None:
-        """Draw the depth of all that matter into a shadow map, whose state is set.
+    def draw_casters(self, number: int, clip_from_world: Mat4, cull: CullFace) -> None:
+        """Draw the depth of those that matter into a shadow map's tile, whose state is set.
 
         Args:
+            number: Of the tile, among those of the last `update`.
             clip_from_world: The light's.
             cull: Which faces are left out.
         """
         matrix = blocks.columns(clip_from_world)
         for shadow in self._shadows:
             program.set_uniform(shadow.program, "clip_from_world", matrix)
+        choice = self._casting[number]
+        self._upload(choice)
         for draw in self._casters:
-            count = self._counts[1][draw.part.figure]
+            count = choice.counts[draw.part.figure]
             if not count:
                 continue
             set_caster_culling(self._context, draw.run.material, cull)
@@ -205,7 +235,7 @@ class CharacterPass:
     def counts(self, *, with_blended: bool) -> tuple[int, int]:
         """Draw calls and triangles that those in view take."""
         draws = [*self._opaque, *(self._blended if with_blended else ())]
-        instances = [self._counts[0][draw.part.figure] for draw in draws]
+        instances = [self._picture.counts[draw.part.figure] for draw in draws]
         triangles = (n * d.run.count // 3 for n, d in zip(instances, draws, strict=True))
         return sum(n > 0 for n in instances), sum(triangles)
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from followspot.gpu import blocks
 from followspot.gpu.gpu_scene import GpuScene
@@ -130,7 +129,7 @@ class FramePipeline:
         """
         self._gpu_scene.set_anisotropy(frame.settings.anisotropy)
         shadows = len(frame.shadowed)
-        self.shadow.reserve(shadows, frame.settings.shadow_map_size)
+        self.shadow.reserve(shadows, frame.settings)
         constants = lighting.constants(frame.scene, frame.settings)
         for each in (self._surfaces.programs, self._characters.programs):
             each.prepare(frame.view, len(frame.lights), shadows, constants)
@@ -176,13 +175,13 @@ class FramePipeline:
         ):
             self._surfaces.upload(visible.opaque, visible.blended)
         with timed("shadow"):
-            shadow_from_world = self.shadow.fit(frame.shadowed, settings, visible.receivers)
+            self.shadow.fit(frame.shadowed, settings, visible.receivers)
             tiles = self.shadow.tiles if frame.shadowed else ()
             may_be_seen = visible.characters if settings.culling else None
             moved = self._characters.update(frame.time, cull_from_world, tiles, may_be_seen)
             self.shadow.draw(settings, is_used=bool(tiles), characters_moved=moved)
         scale = 1.0 if target.is_linear else _display_scale(frame, far)
-        self._write_block(frame, clip_from_world, clip_from_view, shadow_from_world, scale)
+        self._write_block(frame, clip_from_world, clip_from_view, scale)
 
         with timed("clear"):
             self._begin(target, frame.view, part)
@@ -235,7 +234,6 @@ class FramePipeline:
         frame: FrameInput,
         clip_from_world: Mat4,
         clip_from_view: Mat4,
-        shadow_from_world: NDArray[np.float32],
         scale: float,
     ) -> None:
         """One upload of everything that a whole frame shares."""
@@ -244,10 +242,8 @@ class FramePipeline:
         block["direction_from_clip"] = blocks.columns(
             lighting.direction_from_clip(clip_from_view, frame.camera.view_from_world)
         )
-        block["shadow_from_world"][: len(shadow_from_world)] = shadow_from_world
-        tiles = self.shadow.tiles[: len(frame.shadowed)]
-        offsets = [tile.texel * frame.settings.shadow_normal_offset for tile in tiles]
-        lighting.write_lights(block, frame.lights, frame.scene.metres_per_unit, offsets)
+        self.shadow.write_tiles(block, frame.settings)
+        lighting.write_lights(block, frame.lights, frame.scene.metres_per_unit)
         block["sky_scale"][0] = frame.scene.environment_constant
         block["output_scale"][0] = scale
         self._gpu_scene.frame_block.write(block.tobytes())

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from followspot.errors import UsageError
 from followspot.gpu import blocks
+from followspot.passes import shadow_tiles
 from followspot.scene.light import Light, PointLight, SpotLight, casting
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
@@ -44,7 +45,6 @@ def write_lights(
     block: NDArray[np.void],
     lights: tuple[Light, ...],
     metres_per_unit: float,
-    normal_offsets: list[float],
 ) -> None:
     """Fill in a frame block's lights. Distances in the shader are units, intensities per m^2.
 
@@ -52,9 +52,7 @@ def write_lights(
         block: One of `blocks.FRAME`.
         lights: In the order of `in_order`.
         metres_per_unit: Length of a unit.
-        normal_offsets: For each light with a shadow map, units per unit of distance.
     """
-    block["light_position"][: len(normal_offsets), 3] = normal_offsets
     for k, light in enumerate(lights):
         block["light_position"][k, :3] = light.position
         block["light_radiance"][k, :3] = light.intensity / math.pi / metres_per_unit**2
@@ -70,6 +68,8 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     macros: dict[str, int | str] = {
         "EMISSION": f"{settings.emission:.9g}",
         "SHADOW_TAPS": settings.shadow_taps,
+        "SHADOW_COLUMNS": shadow_tiles.columns(settings),
+        "NEAR_REACH": f"{shadow_tiles.near_reach(settings):.9g}",
         "SHADOW_BIAS": f"{settings.shadow_bias:.9g}",
     }
     if settings.albedo is not None:

@@ -11,7 +11,7 @@ from followspot.gpu import blocks, gl, program
 from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import encode_srgb
 from followspot.passes.programs import Shader
-from followspot.passes.shadow_fit import ShadowFrustum
+from followspot.passes.shadow_tiles import Tile
 from followspot.scene import outlines
 from followspot.scene.light import Light, SpotLight
 from followspot.scene.outlines import Points
@@ -62,7 +62,7 @@ class OverlayPass:
         most += outlines.EDGE_POINTS * (len(scene.crowd) + 1)
         most += outlines.MARK_POINTS * blocks.MAX_LIGHTS
         a_light = outlines.EDGE_POINTS + outlines.CONE_POINTS + outlines.SIDE_POINTS
-        most += a_light * blocks.MAX_SHADOWS
+        most += (a_light + outlines.EDGE_POINTS) * blocks.MAX_SHADOWS
         self._vertices = context.buffer(reserve=most * _VERTEX.itemsize, dynamic=True)
         self._shader = Shader(context, folder, "overlay", self._array)
         self.shaders = [self._shader]
@@ -77,7 +77,7 @@ class OverlayPass:
         self,
         shown: frozenset[Overlay],
         lights: tuple[Light, ...],
-        tiles: tuple[ShadowFrustum, ...],
+        tiles: tuple[Tile, ...],
         seconds: float,
         frustum: Mat4 | None,
     ) -> None:
@@ -93,7 +93,8 @@ class OverlayPass:
         """
         moves = len(self._crowd) and Overlay.BOXES in shown
         seen = None if frustum is None else frustum.tobytes()
-        wanted = (shown, lights, tiles, seconds if moves else None, seen)
+        frusta = tuple(tile.frustum for tile in tiles)
+        wanted = (shown, lights, frusta, seconds if moves else None, seen)
         if wanted == self._uploaded:
             return
         self._uploaded = wanted
@@ -108,13 +109,15 @@ class OverlayPass:
         if Overlay.CAMERA_FRUSTUM in shown and frustum is not None:
             lines.append(_coloured(outlines.frustum_lines(frustum), _WHITE))
         if Overlay.LIGHT_FRUSTUM in shown:
-            for light, tile in zip(lights, tiles, strict=False):
+            for tile in tiles:
+                light, corners = lights[tile.light], tile.frustum.clip_from_world
                 assert isinstance(light, SpotLight)
-                sides.append(
-                    _coloured(outlines.frustum_triangles(tile.clip_from_world), _BLUE_SIDES)
-                )
-                lines.append(_coloured(outlines.frustum_lines(tile.clip_from_world), _BLUE))
-                lines.append(_coloured(outlines.cone_lines(light, tile.far), _PALE_BLUE))
+                lines.append(_coloured(outlines.frustum_lines(corners), _BLUE))
+                if not tile.is_near:
+                    sides.append(_coloured(outlines.frustum_triangles(corners), _BLUE_SIDES))
+                    lines.append(
+                        _coloured(outlines.cone_lines(light, tile.frustum.far), _PALE_BLUE)
+                    )
             lines += [_coloured(outlines.mark_lines(x.position, _MARK), _WHITE) for x in lights]
         self._side_count = sum(len(each) for each in sides)
         self._line_count = sum(len(each) for each in lines)

@@ -1,8 +1,8 @@
-"""The shadow pass: depth from every shadow-casting light into its tile of one atlas.
+"""The shadow pass: depth from every shadow-casting light into its tiles of one atlas.
 
-The map of a light is kept until the light, the window that it covers, or a setting changes. The
-window stays the same while the camera moves a little. Where there are characters, the level's
-depth is kept by itself: when they move, it is put back where they were, and they are drawn over it.
+A tile is kept until its light, the window that it covers, or a setting changes. The window stays
+the same while the camera moves a little. Where there are characters, the level's depth is kept by
+itself: when they move, it is put back where they were, and they are drawn over it.
 """
 
 from collections.abc import Iterator
@@ -17,13 +17,14 @@ from followspot.gpu import blocks, gl, program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import Part
-from followspot.passes import shadow_fit
+from followspot.passes import shadow_extent, shadow_tiles
 from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector, set_caster_culling
 from followspot.passes.programs import BASE_IMAGE, Shader
-from followspot.passes.shadow_fit import Boxes, Extent, ShadowFrustum
-from followspot.passes.shadow_tiles import ShadowTiles
+from followspot.passes.shadow_extent import Extent
+from followspot.passes.shadow_fit import Receivers
+from followspot.passes.shadow_tiles import Place, ShadowTiles, Tile
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Mat4
@@ -33,10 +34,11 @@ class ShadowPass:
     """The atlas, the two programs that fill it, and what is in it now.
 
     Attributes:
-        redrawn: Whether the last call drew the level.
+        redrawn: Whether the last call drew the level into any tile.
         version: Another number whenever something has been drawn.
-        triangle_count: The level's triangles in the atlas.
+        triangle_count: The level's triangles that were drawn last.
         draw_count: Draw calls that it took.
+        size: Texels along a tile's edge.
     """
 
     def __init__(
@@ -49,19 +51,19 @@ class ShadowPass:
         self._context = context
         self._gpu_scene = gpu_scene
         self._characters = characters
-        size = max(gpu_scene.scene.mesh.indices.nbytes, 4) * blocks.MAX_SHADOWS
-        self._indices = context.buffer(reserve=size, dynamic=True)  # all lights' casters
+        size = max(gpu_scene.scene.mesh.indices.nbytes, 4) * blocks.MAX_SHADOWS * 2
+        self._indices = context.buffer(reserve=size, dynamic=True)  # all tiles' casters
         self._solid = Shader(context, folder, "shadow", self._array)
         self._cut_out = Shader(context, folder, "shadow", self._array, {"ALPHA_TEST": 1})
         self._restore = Shader(context, folder, "restore", self._no_array, vertex="average")
         self.shaders = [self._solid, self._cut_out, self._restore]
         self._tiles = ShadowTiles(gpu_scene.scene)
-        self._drawn: object = None
+        self._drawn: dict[Place, object] = {}  # what is in the level's tiles
         self._maps: list[_Map] = []  # with characters the level's alone, then the one with theirs
-        self._covered: list[Extent] = []  # by them, of each tile of it
+        self._covered: dict[Place, Extent] = {}  # by them
         self.redrawn = False
         self.version = 0
-        self.triangle_count = self.draw_count = 0
+        self.triangle_count = self.draw_count = self.size = 0
 
     def _array(self, shadow: moderngl.Program) -> list[moderngl.VertexArray]:
         """The level's one vertex array for a program."""
@@ -72,57 +74,68 @@ class ShadowPass:
         """For what is drawn over the whole map."""
         return [self._context.vertex_array(shadow, [])]
 
-    def reserve(self, light_count: int, size: int) -> None:
-        """Make room for so many tiles of so many texels. Not to be called inside a frame."""
-        wanted = (size * max(light_count, 1), size)
+    def reserve(self, light_count: int, settings: Settings) -> None:
+        """Make room for so many lights' maps. Not to be called inside a frame."""
+        size, columns = shadow_tiles.tile_size(settings), shadow_tiles.columns(settings)
+        wanted = columns * size, size * max(light_count, 1)
         if self._maps and (self.atlas.size == wanted or light_count == 0):
             return
         limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
-        if wanted[0] > limit:
+        if max(wanted) > limit:
             raise UsageError(
-                f"shadow_map_size: {light_count} lights with maps of {size} texels need "
-                f"{wanted[0]} in a row; this OpenGL has {limit}"
+                f"shadow_map_size: {light_count} lights with maps of {settings.shadow_map_size} "
+                f"texels need {max(wanted)} in a row; this OpenGL has {limit}"
             )
+        self.size = size
         self._drop_maps()
-        self._maps = [_Map(self._context, wanted)]
+        self._maps = [_Map(self._context, wanted, size)]
         if len(self._gpu_scene.scene.crowd):
             self._maps[0].texture.compare_func = ""  # what it holds is fetched, to be put back
-            self._maps.append(_Map(self._context, wanted))
-        self._drawn = None
+            self._maps.append(_Map(self._context, wanted, size))
+        self._drawn = {}
 
     @property
-    def tiles(self) -> tuple[ShadowFrustum, ...]:
-        """What the atlas covers, a frustum a light, in the lights' order."""
-        return self._tiles.frusta
+    def tiles(self) -> tuple[Tile, ...]:
+        """What the atlas holds: the first light's wide tile, its near one if any, and so on."""
+        return self._tiles.tiles
+
+    def tiles_of(self, number: int) -> tuple[Tile, ...]:
+        """Those of light `number`; none if it has no shadow map."""
+        return tuple(tile for tile in self.tiles if tile.light == number)
 
     @property
     def atlas(self) -> moderngl.Texture:
-        """Depth texture, one square tile a light, side by side; compared by the fetch."""
+        """Depth texture, a row of tiles a light; compared by the fetch."""
         return self._maps[-1].texture
 
-    def fit(
-        self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Boxes | None
-    ) -> NDArray[np.float32]:
-        """Choose what the lights' maps cover.
+    def fit(self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Receivers) -> None:
+        """Choose what the lights' tiles cover.
 
         Args:
             lights: Those with a shadow map, at most as many as reserved.
             settings: Of them the shadow settings are read.
-            receivers: Boxes of what the camera sees, the same object while they are the same;
-                none covers the lights' whole cones.
-
-        Returns:
-            (lights, 4, 4) ``shadow_from_world`` into the atlas, column-major.
+            receivers: What the camera sees, the same object while it is the same.
         """
-        if not lights:
-            return np.empty((0, 4, 4), np.float32)
-        if self._tiles.fit(lights, settings, receivers if settings.shadow_fit else None):
-            indices = [casters.indices for casters in self._tiles.casters]
-            self._indices.write(np.concatenate(indices))
-        return np.array(
-            [blocks.columns(self.shadow_from_world(number)) for number in range(len(lights))],
-            np.float32,
-        )
+        if lights and self._tiles.fit(lights, settings, receivers if settings.shadow_fit else None):
+            self._indices.write(np.concatenate([tile.casters.indices for tile in self.tiles]))
+
+    def write_tiles(self, block: NDArray[np.void], settings: Settings) -> None:
+        """Fill in where a frame block's lights have their tiles.
+
+        Args:
+            block: One of `blocks.FRAME`.
+            settings: As for `fit`.
+        """
+        if not self.tiles:
+            return
+        found = self.near_from_wide()
+        block["near_from_wide"][: len(found)] = found
+        for light in range(len(found)):
+            wide = self.tiles_of(light)[0]
+            across, depth = self.offsets(wide, settings)
+            block["shadow_from_world"][light] = blocks.columns(self.atlas_from_world(wide))
+            block["offset_right"][light], block["offset_up"][light] = across
+            block["light_position"][light, 3] = depth
 
     def draw(self, settings: Settings, *, is_used: bool, characters_moved: bool) -> None:
         """Bring the atlas up to date for what was fitted last.
@@ -132,38 +145,58 @@ class ShadowPass:
             is_used: Whether there were lights to fit.
             characters_moved: Whether they stand elsewhere, or otherwise, than at the last call.
         """
-        wanted = (self.tiles, settings.shadow_slope_bias)
-        self.redrawn = is_used and (settings.redraw_shadows or wanted != self._drawn)
+        tiles = self.tiles if is_used else ()
+        now: dict[Place, object] = {
+            tile.place: (tile.frustum, tile.casters, settings.shadow_slope_bias) for tile in tiles
+        }
+        anew = {
+            box
+            for box, wanted in now.items()
+            if settings.redraw_shadows or wanted != self._drawn.get(box)
+        }
+        self.redrawn = bool(anew)
         if self.redrawn:
             with self._drawing_into(self._maps[0], settings):
-                self._draw_level(settings)
-            self._drawn = wanted
-        has_moved = is_used and len(self._maps) > 1 and characters_moved
-        if self.redrawn or has_moved:
+                self._draw_level(settings, anew)
+            self._drawn = now
+        if len(self._maps) > 1 and tiles and (self.redrawn or characters_moved):
+            self._draw_characters(settings, anew)
+        if tiles and (self.redrawn or characters_moved):
             self.version += 1
-            if len(self._maps) > 1:
-                self._draw_characters(settings)
 
-    def _draw_characters(self, settings: Settings) -> None:
+    def _draw_characters(self, settings: Settings, anew: set[Place]) -> None:
         """Put the level's depth back where characters have been or will be; draw them over it."""
         level, sampled = self._maps
-        before = [shadow_fit.WHOLE] * len(self.tiles) if self.redrawn else self._covered
-        mins, maxs = self._characters.casting_boxes
-        self._covered = [shadow_fit.covered(tile, mins, maxs) for tile in self.tiles]
         with self._drawing_into(sampled, settings):
             for number, tile in enumerate(self.tiles):
-                part = shadow_fit.union(before[number], self._covered[number])
-                sampled.choose_tile(number, settings.shadow_map_size, part)
+                covered = shadow_extent.covered(
+                    tile.frustum, *self._characters.casting_boxes(number)
+                )
+                before = self._covered.get(tile.place, shadow_extent.WHOLE)
+                self._covered[tile.place] = covered
+                if tile.place in anew:
+                    before = shadow_extent.WHOLE
+                sampled.choose(tile.place, shadow_extent.union(before, covered))
                 self._context.disable(moderngl.CULL_FACE)
                 self._context.depth_func = "1"
                 level.texture.use(BASE_IMAGE)
                 self._restore.arrays[0].render(vertices=3)
                 self._context.depth_func = "<"
-                self._characters.draw_casters(tile.clip_from_world, settings.shadow_cull)
+                self._characters.draw_casters(
+                    number, tile.frustum.clip_from_world, settings.shadow_cull
+                )
 
-    def shadow_from_world(self, number: int) -> Mat4:
-        """World to tile `number` of the atlas."""
-        return self._tiles.shadow_from_world(number)
+    def atlas_from_world(self, tile: Tile) -> Mat4:
+        """World to the atlas through a tile."""
+        return self._tiles.atlas_from_world(tile)
+
+    def near_from_wide(self) -> NDArray[np.float64]:
+        """`ShadowTiles.near_from_wide`."""
+        return self._tiles.near_from_wide()
+
+    def offsets(self, tile: Tile, settings: Settings) -> tuple[NDArray[np.float64], float]:
+        """`ShadowTiles.offsets` of a wide tile."""
+        return self._tiles.offsets(tile, settings.shadow_normal_offset, self.size)
 
     @contextmanager
     def _drawing_into(self, target: "_Map", settings: Settings) -> Iterator[None]:
@@ -178,19 +211,23 @@ class ShadowPass:
         context.polygon_offset = 0.0, 0.0
         context.disable_direct(gl.DEPTH_CLAMP)
 
-    def _draw_level(self, settings: Settings) -> None:
-        target, size = self._maps[0], settings.shadow_map_size
+    def _draw_level(self, settings: Settings, anew: set[Place]) -> None:
+        target = self._maps[0]
         self.triangle_count = self.draw_count = 0
-        target.framebuffer.scissor = None  # type: ignore[assignment]  # moderngl: nothing cut off
-        target.framebuffer.clear()
+        if len(anew) == len(self.tiles):
+            target.framebuffer.scissor = None  # type: ignore[assignment]  # nothing cut off
+            target.framebuffer.clear()
         base = 0
-        for number, (tile, casters) in enumerate(zip(self.tiles, self._tiles.casters, strict=True)):
-            target.choose_tile(number, size)
-            matrix = blocks.columns(tile.clip_from_world)
-            for shader in (self._solid, self._cut_out):
-                program.set_uniform(shader.program, "clip_from_world", matrix)
-            self._draw_casters(casters, base, settings.shadow_cull)
-            base += len(casters.indices)
+        for tile in self.tiles:
+            if tile.place in anew:
+                target.choose(tile.place)
+                if len(anew) < len(self.tiles):
+                    target.framebuffer.clear()
+                matrix = blocks.columns(tile.frustum.clip_from_world)
+                for shader in (self._solid, self._cut_out):
+                    program.set_uniform(shader.program, "clip_from_world", matrix)
+                self._draw_casters(tile.casters, base, settings.shadow_cull)
+            base += len(tile.casters.indices)
 
     def _draw_casters(self, casters: DrawList, base: int, cull: CullFace) -> None:
         for batch in casters.batches:
@@ -206,22 +243,40 @@ class ShadowPass:
         self.triangle_count += casters.triangle_count
         self.draw_count += len(casters.batches)
 
-    def read_distance(self, number: int, size: int) -> NDArray[np.float32]:
+    def read_distance(self, number: int) -> NDArray[np.float32]:
         """(size, size) distances along light `number`'s axis in units, top row first.
 
-        Infinite where the light's rays hit nothing.
+        What its wide tile covers, but from the near one where that holds a pixel's middle, as
+        lookups find them. Infinite where the light's rays hit nothing.
         """
-        depths = self.read_depths(number, (0, 0, size, size), size)
-        return self.tiles[number].distances(depths).astype(np.float32)
+        wide, *near = self.tiles_of(number)
+        places = np.tile((np.arange(self.size) + 0.5) / self.size, (2, 1))
+        depths = self._depths_at(wide, *places)
+        if near:
+            scale, shift = wide.finer_from_here()
+            places = places * scale[:, np.newaxis] + shift[:, np.newaxis]
+            columns, rows = (places >= 0) & (places < 1)
+            finer = self._depths_at(near[0], places[0][columns], places[1][rows])
+            depths[np.ix_(rows, columns)] = finer
+        return wide.frustum.distances(depths[::-1]).astype(np.float32)
 
-    def read_depths(self, number: int, part: Part, size: int) -> NDArray[np.float32]:
-        """Read a part of light `number`'s map of `size` texels; waits for the GPU.
+    def _depths_at(
+        self, tile: Tile, x: NDArray[np.float64], y: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """(y, x) depths of a tile at (x,) and (y,) places between its edges at 0 and 1."""
+        depths = self.read_depths(tile, (0, 0, self.size, self.size))[::-1]
+        columns, rows = (x * self.size).astype(np.intp), (y * self.size).astype(np.intp)
+        return np.asarray(depths[np.ix_(rows, columns)])
+
+    def read_depths(self, tile: Tile, part: Part) -> NDArray[np.float32]:
+        """Read a part of a tile; waits for the GPU.
 
         Returns:
             (h, w) depths in [0, 1], top row first.
         """
         x, y, width, height = part
-        box = number * size + x, size - y - height, width, height
+        column, row = tile.place
+        box = column * self.size + x, (row + 1) * self.size - y - height, width, height
         self._context.finish()  # Mesa's llvmpipe may not wait for what is still being drawn
         raw = self._maps[-1].framebuffer.read(box, components=1, attachment=-1, dtype="f4")
         return np.frombuffer(raw, "<f4").reshape(height, width)[::-1]
@@ -240,22 +295,25 @@ class ShadowPass:
 
 
 class _Map:
-    """A depth texture to draw into and to sample."""
+    """A depth texture to draw into and to sample, of tiles of some size."""
 
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
-        self.texture = context.depth_texture(size)
+    def __init__(self, context: moderngl.Context, shape: tuple[int, int], size: int) -> None:
+        self.size = size
+        self.texture = context.depth_texture(shape)
         self.texture.compare_func = "<="
         self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
         self.texture.repeat_x = self.texture.repeat_y = False
         self.framebuffer = context.framebuffer(depth_attachment=self.texture)
 
-    def choose_tile(self, number: int, size: int, part: Extent = shadow_fit.WHOLE) -> None:
-        """Draw into one light's square from now on, or into the texels that hold a part of it."""
+    def choose(self, place: Place, part: Extent = shadow_extent.WHOLE) -> None:
+        """Draw into a tile from now on, or into a part of it."""
+        size = self.size
+        left, bottom = place[0] * size, place[1] * size
         x, y = int(part.left * size), int(part.bottom * size)
         width = max(0, min(int(part.right * size) + 1, size) - x)
         height = max(0, min(int(part.top * size) + 1, size) - y)
-        self.framebuffer.viewport = number * size, 0, size, size
-        self.framebuffer.scissor = number * size + x, y, width, height
+        self.framebuffer.viewport = left, bottom, size, size
+        self.framebuffer.scissor = left + x, bottom + y, width, height
         self.framebuffer.use()
 
     def release(self) -> None:

@@ -1,15 +1,18 @@
-"""Where a light's map is spent: its frustum fitted to what camera and light both see.
+"""Where a light's map is spent: its frusta fitted to what camera and light both see.
 
-A map of fixed size is as sharp as the window is small that it covers. The window is laid in
+A tile of fixed size is as sharp as the window is small that it covers. The window is laid in
 the plane at distance 1 before the light and measured in tangents there. It follows from the
 camera's and the light's place alone, never from earlier frames, and is snapped to a coarse grid:
 while the camera moves a little, the window stays and so does every texel; windows of one
 size have their texels at the same places, so shadow edges do not swim.
+
+A light has two tiles: the wide one holds all that the camera sees, the near one what is near the
+camera, where a texel covers most pixels (as in Zhang, Sun, Xu and Lu 2006, "Parallel-split shadow
+maps"). Both have the same planes, so that one depth is compared with either.
 """
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +30,16 @@ STEPS = 16
 SIZES = 8
 """Sizes of windows from one to twice as wide."""
 
+FINER = 1.2
+"""How much smaller texels have to look, in the mean, for a near tile to be drawn."""
+
 NEAREST_SHARE = 1 / 256
 """Smallest near plane as a share of the far one. Depths are compared in float32, whose steps near
 1 leave a distance d uncertain by d^2 / near / 2^24; nearer casters are clamped to the plane."""
+
+
+Window = tuple[float, float, float, float]
+"""Tangents: left, right, bottom, top."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,22 +51,42 @@ class Boxes:
 
 
 @dataclass(frozen=True, eq=False)
+class Receivers(Boxes):
+    """Boxes of what a camera sees, each within a cell of its frustum.
+
+    Attributes:
+        corners: (n, 8, 3) the cells', in world units.
+        start: (n,) distances at which they begin along the camera's axis, in units.
+        end: (n,) those at which they end.
+    """
+
+    corners: NDArray[np.float64]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
 class ShadowFrustum:
-    """The pyramid that one light's map covers. Equal only to itself.
+    """The pyramid that one tile covers. Equal only to itself.
 
     Attributes:
         clip_from_world: World to the light's clip space.
         near: Distance of the near plane along the axis, in units.
         far: Distance of the far plane along the axis, in units.
-        texel: Longer edge of a texel in the plane at distance 1 from the light.
+        texels: (2,) edges of a texel in the plane at distance 1 from the light.
         window: Tangents (left, right, bottom, top), the cone's axis at 0, 0.
     """
 
     clip_from_world: Mat4
     near: float
     far: float
-    texel: float
-    window: tuple[float, float, float, float]
+    texels: NDArray[np.float64]
+    window: Window
+
+    @property
+    def texel(self) -> float:
+        """Longer edge of a texel in the plane at distance 1 from the light."""
+        return float(self.texels.max())
 
     def covers_the_same(self, other: "ShadowFrustum") -> bool:
         """Whether another frustum of the same light is as good as this one."""
@@ -70,40 +100,8 @@ class ShadowFrustum:
         return np.where(ndc < 1, 2 * near * far / (far + near - ndc * (far - near)), np.inf)
 
 
-class Extent(NamedTuple):
-    """A rectangle in a map, whose edges are at 0 and 1."""
-
-    left: float
-    bottom: float
-    right: float
-    top: float
-
-
-WHOLE = Extent(0.0, 0.0, 1.0, 1.0)
-_NONE = Extent(1.0, 1.0, 0.0, 0.0)
-
-
-def union(a: Extent, b: Extent) -> Extent:
-    """The smallest one that holds two."""
-    left, bottom = min(a.left, b.left), min(a.bottom, b.bottom)
-    return Extent(left, bottom, max(a.right, b.right), max(a.top, b.top))
-
-
-def covered(tile: ShadowFrustum, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> Extent:
-    """Where in a map (n, 3) boxes may be seen."""
-    if not len(mins):
-        return _NONE
-    rows = tile.clip_from_world[[0, 1, 3]]
-    middle = (mins + maxs) @ (rows[:, :3].T / 2) + rows[:, 3]
-    reach = (maxs - mins) @ (np.abs(rows[:, :3]).T / 2)
-    least, most = middle - reach, middle + reach
-    near, far = least[:, 2:], most[:, 2:]
-    if near.min() <= 0:
-        return WHOLE  # a box reaches behind the light
-    least, most = least[:, :2], most[:, :2]
-    low = np.minimum(least / near, least / far).min(axis=0)
-    high = np.maximum(most / near, most / far).max(axis=0)
-    return Extent(*np.clip(np.concatenate([low, high]) * 0.5 + 0.5, 0, 1).tolist())
+Part = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""(2,) lowest and (2,) highest tangents."""
 
 
 def view_from_world(light: SpotLight) -> Mat4:
@@ -127,20 +125,37 @@ class Outlines:
     near: NDArray[np.float64]
     far: NDArray[np.float64]
 
-    def within(self, window: tuple[float, float, float, float]) -> NDArray[np.bool_]:
+    def within(self, window: Window) -> NDArray[np.bool_]:
         """(n,) whether a box meets a window before the light."""
         left, right, bottom, top = window
         x = (self.low[:, 0] < right) & (self.high[:, 0] > left)
         y = (self.low[:, 1] < top) & (self.high[:, 1] > bottom)
         return x & y & (self.far > 0)
 
+    def chosen(self, which: NDArray[np.bool_]) -> "Outlines":
+        """Those of some boxes."""
+        return Outlines(self.low[which], self.high[which], self.near[which], self.far[which])
+
 
 def outlines(light: SpotLight, boxes: Boxes) -> Outlines:
     """How a light sees boxes. For a level's faces this is worth keeping as long as the light."""
-    from_world = view_from_world(light)
     mins, maxs = boxes.mins.astype(np.float64), boxes.maxs.astype(np.float64)
     choose = spaces.box_corners(spaces.vec3([0, 0, 0]), spaces.vec3([1, 1, 1]))
-    corners = mins[:, np.newaxis] + (maxs - mins)[:, np.newaxis] * choose
+    seen = _outlines(light, mins[:, np.newaxis] + (maxs - mins)[:, np.newaxis] * choose)
+    if not isinstance(boxes, Receivers):
+        return seen
+    cells = _outlines(light, boxes.corners)
+    return Outlines(
+        np.maximum(seen.low, cells.low),
+        np.minimum(seen.high, cells.high),
+        np.maximum(seen.near, cells.near),
+        np.minimum(seen.far, cells.far),
+    )
+
+
+def _outlines(light: SpotLight, corners: NDArray[np.float64]) -> Outlines:
+    """Of convex bodies with (n, 8, 3) corners."""
+    from_world = view_from_world(light)
     corners = corners @ from_world[:3, :3].T + from_world[:3, 3]
     distance = -corners[..., 2]
     near, far = distance.min(axis=1), distance.max(axis=1)
@@ -160,18 +175,72 @@ def fit(
         light: A spot light.
         everything: That may cast or receive; the near and far planes are fitted to it.
         receivers: Boxes of what the camera sees; none takes the whole cone.
-        size: Texels along an edge of the map.
+        size: Texels along an edge of the tile.
     """
-    cone = math.tan(light.half_angle)
-    rim = cone * (1 + 2 * MARGIN / size)
-    window = (-rim, rim, -rim, rim)
     seen = None if receivers is None else outlines(light, receivers)
-    if seen is not None and (lit := seen.within((-cone, cone, -cone, cone))).any():
-        low = np.maximum(seen.low[lit].min(axis=0), -cone)
-        high = np.minimum(seen.high[lit].max(axis=0), cone)
-        window = _snapped((low, high), rim, size)
-    near, far = _depths(everything, seen, window)
+    part = None if seen is None else _lit_part(light, seen)
+    window = _window(light, part, size)
+    return _frustum(light, window, _depths(everything, seen, window), size)
+
+
+def fit_near(
+    light: SpotLight, wide: ShadowFrustum, receivers: Receivers, size: int
+) -> ShadowFrustum | None:
+    """A frustum for the receivers nearest to the camera, with the planes of the one for all.
+
+    How far it reaches is chosen so that texels look as small as possible to the camera, in the mean
+    over the receivers' boxes.
+
+    Args:
+        light: A spot light.
+        wide: Its frustum for all receivers.
+        receivers: What the camera sees.
+        size: Texels along an edge of the tile.
+
+    Returns:
+        None where texels look nearly as small without it.
+    """
+    seen = outlines(light, receivers)
+    lit = seen.within(_cone(light))
+    start, end = receivers.start[lit], receivers.end[lit]
+    weight = 2 / (start + end)  # a texel looks smaller from farther away
+    coarse = _mean_texel(wide)
+    best, least = None, coarse * weight.sum() / FINER
+    for reach in np.unique(end)[:-1].tolist():
+        part = _lit_part(light, seen.chosen(receivers.end <= reach))
+        window = _window(light, part, size)
+        tile = _frustum(light, window, (wide.near, wide.far), size)
+        near = end <= reach
+        mean = _mean_texel(tile) * weight[near].sum() + coarse * weight[~near].sum()
+        if mean < least:
+            best, least = tile, mean
+    return best
+
+
+def _cone(light: SpotLight) -> Window:
+    cone = math.tan(light.half_angle)
+    return -cone, cone, -cone, cone
+
+
+def _lit_part(light: SpotLight, seen: Outlines) -> Part | None:
+    """Lowest and highest tangents of what is seen within the cone, if anything is."""
+    cone = math.tan(light.half_angle)
+    lit = seen.within(_cone(light))
+    if not lit.any():
+        return None
+    low, high = seen.low[lit].min(axis=0), seen.high[lit].max(axis=0)
+    return np.maximum(low, -cone), np.minimum(high, cone)
+
+
+def _mean_texel(frustum: ShadowFrustum) -> float:
+    return float(np.sqrt(frustum.texels.prod()))
+
+
+def _frustum(
+    light: SpotLight, window: Window, planes: tuple[float, float], size: int
+) -> ShadowFrustum:
     left, right, bottom, top = window
+    near, far = planes
     clip_from_light = np.array(
         [
             [2 / (right - left), 0, (right + left) / (right - left), 0],
@@ -180,33 +249,35 @@ def fit(
             [0, 0, -1, 0],
         ]
     )
-    texel = max(right - left, top - bottom) / size
-    return ShadowFrustum(clip_from_light @ view_from_world(light), near, far, texel, window)
+    clip_from_world = clip_from_light @ view_from_world(light)
+    texels = np.array([right - left, top - bottom]) / size
+    return ShadowFrustum(clip_from_world, near, far, texels, window)
 
 
-def _snapped(
-    wanted: tuple[NDArray[np.float64], NDArray[np.float64]], rim: float, size: int
-) -> tuple[float, float, float, float]:
-    """A window on the grid of its size that holds the wanted one; the rim's at most.
+def _window(light: SpotLight, wanted: Part | None, size: int) -> Window:
+    """A window on the grid of its size that holds the wanted one; the cone's at most.
 
     Sizes, apart in both directions, are the whole cone's divided by powers of 2 to the 1/SIZES.
     """
     edges = []
-    for low, high in zip(*wanted, strict=True):
-        extent = float(high - low) * (1 + 2 * MARGIN / size) * STEPS / (STEPS - 1)
+    margin = 1 + 2 * MARGIN / size
+    rim = math.tan(light.half_angle) * margin
+    for axis in range(2):
+        low, high = (-rim, rim) if wanted is None else (float(end[axis]) for end in wanted)
+        extent = (high - low) * margin * STEPS / (STEPS - 1)
         steps = math.floor(SIZES * math.log2(2 * rim / max(extent, 1e-9)))
         if steps <= 0:
             edges.append((-rim, rim))
             continue
         side = 2 * rim / 2 ** min(steps / SIZES, 12)
         grid = side / STEPS
-        start = round((float(low) - (side - float(high - low)) / 2) / grid) * grid
+        start = round((low - (side - (high - low)) / 2) / grid) * grid
         edges.append((start, start + side))
     return (*edges[0], *edges[1])
 
 
 def _depths(
-    everything: Outlines, receivers: Outlines | None, window: tuple[float, float, float, float]
+    everything: Outlines, receivers: Outlines | None, window: Window
 ) -> tuple[float, float]:
     """Near and far distances: from the nearest box inside a window to the farthest receiver.
 

@@ -1,6 +1,7 @@
 """A light's shadow map as a picture that can be looked at while it changes."""
 
 import moderngl
+import numpy as np
 
 from followspot.gpu import program
 from followspot.gpu.program import ShaderFolder
@@ -33,7 +34,7 @@ class ShadowPreview:
             vertex="average",
         )
         self._drawn: object = None
-        self._tile: ShadowFrustum | None = None
+        self._frustum: ShadowFrustum | None = None
         self._between = (0.0, 1.0)
 
     def draw(self, shadow: ShadowPass, number: int) -> moderngl.Texture:
@@ -45,18 +46,20 @@ class ShadowPreview:
         Returns:
             (size, size) RGBA, its top row first; the same texture while maps keep their size.
         """
-        tile, size = shadow.tiles[number], shadow.atlas.height
+        (tile, *finer), size = shadow.tiles_of(number), shadow.size
         texture, framebuffer = self._resized(size)
-        wanted = (tile, number, size, shadow.version)
+        wanted = (tile, *finer, size, shadow.version)
         if wanted == self._drawn:
             return texture
-        if tile is not self._tile:
-            self._tile, self._between = tile, _between(shadow, number)
+        if tile.frustum is not self._frustum:
+            self._frustum, self._between = tile.frustum, _between(shadow, number)
         of = self._shader.program
         program.set_uniform(of, "shadow_depths", SHADOW_ATLAS)
-        program.set_uniform(of, "corner", (number * size, 0))
+        scale, shift = tile.finer_from_here() if finer else ((0.0, 0.0), (-1.0, -1.0))
+        program.set_uniform(of, "row", number)
+        program.set_uniform(of, "near_from_wide", (*scale, *shift))
         program.set_uniform(of, "size", size)
-        program.set_uniform(of, "planes", (tile.near, tile.far))
+        program.set_uniform(of, "planes", (tile.frustum.near, tile.frustum.far))
         program.set_uniform(of, "shown", self._between)
         framebuffer.use()
         encode_srgb(self._context, False)
@@ -90,10 +93,10 @@ class ShadowPreview:
 
 def _between(shadow: ShadowPass, number: int) -> tuple[float, float]:
     """Distances along light `number`'s axis, in units, of what is nearest and farthest."""
-    tile, size = shadow.tiles[number], shadow.atlas.height
-    depths = shadow.read_depths(number, (0, 0, size, size), size)
-    hit = depths[depths < 1]
+    distance = shadow.read_distance(number)
+    hit = distance[np.isfinite(distance)]
     if not hit.size:
-        return tile.near, tile.far
-    nearest, farthest = (float(tile.distances(end)) for end in (hit.min(), hit.max()))
+        frustum = shadow.tiles_of(number)[0].frustum
+        return frustum.near, frustum.far
+    nearest, farthest = float(hit.min()), float(hit.max())
     return nearest, max(farthest, nearest + _THINNEST)

@@ -1,11 +1,20 @@
-"""What the lights' maps cover and what casts into them, kept while they hold: pure NumPy."""
+"""How the lights share an atlas, and what casts into their tiles, kept while they hold: pure NumPy.
+
+The atlas has a row for each light, of two square tiles: the wide one for all that the camera sees,
+the near one for what is near it. Together they have the texels that were asked for. Where maps are
+not fitted to the camera there is only the wide one.
+"""
+
+import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from followspot import spaces
-from followspot.passes import drawlist, shadow_fit
-from followspot.passes.drawlist import DrawList
-from followspot.passes.shadow_fit import Boxes, Outlines, ShadowFrustum
+from followspot.passes import drawlist, shadow_extent, shadow_fit
+from followspot.passes.drawlist import DrawList, Mask
+from followspot.passes.shadow_fit import Boxes, Outlines, Receivers, ShadowFrustum
 from followspot.scene.light import SpotLight
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
@@ -14,12 +23,68 @@ from followspot.spaces import Mat4
 _SIDE = {CullFace.FRONT: -1, CullFace.BACK: 1, CullFace.NONE: 0}
 
 
-class ShadowTiles:
-    """The frusta that are in an atlas, a tile each, and the level's casters in them.
+Place = tuple[int, int]
+"""Column and row in the atlas, in tiles."""
+
+
+def columns(settings: Settings) -> int:
+    """Tiles that a light has room for."""
+    return 2 if settings.shadow_fit else 1
+
+
+def tile_size(settings: Settings) -> int:
+    """Texels along a tile's edge: a light's tiles together have those of a map of the set size."""
+    return round(settings.shadow_map_size / math.sqrt(columns(settings)))
+
+
+def near_reach(settings: Settings) -> float:
+    """Share of a near tile's edge from its middle up to which it is looked at."""
+    return 0.5 - shadow_fit.MARGIN / tile_size(settings)
+
+
+class Tile(NamedTuple):
+    """A square of the atlas.
 
     Attributes:
-        frusta: In the lights' order.
-        casters: The level's in each of them.
+        light: Number of its light.
+        is_near: Whether it is that light's near one.
+        frustum: What it covers.
+        casters: The level's.
+        finer: What the near tile covers, for a wide one that has one.
+    """
+
+    light: int
+    is_near: bool
+    frustum: ShadowFrustum
+    casters: DrawList
+    finer: ShadowFrustum | None = None
+
+    @property
+    def place(self) -> Place:
+        """Where it is in the atlas."""
+        return int(self.is_near), self.light
+
+    def leaves_to_finer(self, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> Mask:
+        """(n,) which of (n, 3) boxes cast shadows that are looked up in the near tile alone."""
+        if self.finer is None:
+            return np.zeros(len(mins), bool)
+        # Next to the near tile's margin the filter takes from the wide one.
+        seam = shadow_fit.MARGIN * (self.finer.texels + self.frustum.texels)
+        (low, high) = _edges(self.finer)
+        return shadow_extent.within(self.finer, mins, maxs, float((seam / (high - low)).max()))
+
+    def finer_from_here(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(2,) scale and (2,) shift to the near tile; both tiles' edges are at 0 and 1."""
+        assert self.finer is not None
+        (low, high), (near_low, near_high) = _edges(self.frustum), _edges(self.finer)
+        return (high - low) / (near_high - near_low), (low - near_low) / (near_high - near_low)
+
+
+class ShadowTiles:
+    """The tiles that are in an atlas.
+
+    Attributes:
+        tiles: The first light's wide one, its near one if it has one, then the next light's.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -43,61 +108,116 @@ class ShadowTiles:
         self._lights: tuple[SpotLight, ...] = ()
         self._fitted: tuple[object, object] = (None, None)
         self._outlines: dict[SpotLight, Outlines] = {}
-        self.frusta: tuple[ShadowFrustum, ...] = ()
-        self.casters: tuple[DrawList, ...] = ()
+        self._columns = 1
+        self.tiles: tuple[Tile, ...] = ()
 
     def fit(
-        self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Boxes | None
+        self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Receivers | None
     ) -> bool:
         """Fit the frusta, keeping each that comes out as it was, with its casters.
 
         Args:
             lights: Those with a shadow map.
             settings: Of them the maps' size and the culled faces are read.
-            receivers: Boxes of what the camera sees, the same object while they are the same;
-                none covers the lights' whole cones.
+            receivers: What the camera sees, the same object while that is the same; none covers
+                the lights' whole cones.
 
         Returns:
-            Whether any of them, or their order, is new.
+            Whether any tile, or their order, is new.
         """
-        size, cull = settings.shadow_map_size, settings.shadow_cull
-        wanted = ((size, cull), receivers)
+        size, self._columns = tile_size(settings), columns(settings)
+        wanted = ((size, settings.shadow_cull), receivers)
         if lights == self._lights and wanted == self._fitted:
             return False
         alike = self._fitted[0] == wanted[0]
-        tiles = zip(self.frusta, self.casters, strict=True)
-        before = dict(zip(self._lights, tiles, strict=True)) if alike else {}
+        before = {(self._lights[t.light], t.is_near): t for t in self.tiles} if alike else {}
         self._outlines = {
             light: self._outlines.get(light) or shadow_fit.outlines(light, self._everything)
             for light in lights
         }
-        frusta: list[ShadowFrustum] = []
-        casters: list[DrawList] = []
-        for light in lights:
-            frustum = shadow_fit.fit(light, self._outlines[light], receivers, size)
-            kept = before.get(light)
-            if kept is None or not kept[0].covers_the_same(frustum):
-                kept = frustum, self._find_casters(light, frustum, cull, size)
-            frusta.append(kept[0])
-            casters.append(kept[1])
-        is_new = self.frusta != tuple(frusta)
-        self.frusta, self.casters = tuple(frusta), tuple(casters)
+        tiles: list[Tile] = []
+        for number, light in enumerate(lights):
+            wide = shadow_fit.fit(light, self._outlines[light], receivers, size)
+            near = None
+            if receivers is not None:
+                near = shadow_fit.fit_near(light, wide, receivers, size)
+            tiles.append(self._tile(number, light, wide, before.get((light, False)), settings))
+            if near is not None:
+                tile = self._tile(number, light, near, before.get((light, True)), settings)
+                tiles[-1] = tiles[-1]._replace(finer=tile.frustum)
+                tiles.append(tile._replace(is_near=True))
+        is_new = self.tiles != tuple(tiles)
+        self.tiles = tuple(tiles)
         self._lights, self._fitted = lights, wanted
         return is_new
 
+    def _tile(
+        self,
+        number: int,
+        light: SpotLight,
+        frustum: ShadowFrustum,
+        before: Tile | None,
+        settings: Settings,
+    ) -> Tile:
+        """A new one, or with what it had before if that will do."""
+        if before is not None and before.frustum.covers_the_same(frustum):
+            return Tile(number, False, before.frustum, before.casters)
+        return Tile(number, False, frustum, self._find_casters(light, frustum, settings))
+
     def _find_casters(
-        self, light: SpotLight, frustum: ShadowFrustum, cull: CullFace, size: int
+        self, light: SpotLight, frustum: ShadowFrustum, settings: Settings
     ) -> DrawList:
         """All that may cast within a frustum, wherever the camera is."""
         mesh, matrix = self._mesh, frustum.clip_from_world
         planes = drawlist.frustum_planes(matrix)
         inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
         chosen = inside & self._casts[mesh.faces["material"]]
-        side = np.where(self._one_sided, _SIDE[cull], 0).astype(np.float32)
+        cull, size = _SIDE[settings.shadow_cull], tile_size(settings)
+        side = np.where(self._one_sided, cull, 0).astype(np.float32)
         return drawlist.casters(mesh, chosen, self._key, matrix, side, light.position, size)
 
-    def shadow_from_world(self, number: int) -> Mat4:
-        """World to tile `number` of the atlas."""
+    def atlas_from_world(self, tile: Tile) -> Mat4:
+        """World to the atlas, whose corners are at 0 and 1, through a tile."""
         place = np.eye(4)
-        place[0, 0], place[0, 3] = 1 / len(self.frusta), number / len(self.frusta)
-        return place @ spaces.SHADOW_FROM_CLIP @ self.frusta[number].clip_from_world
+        place[:2, 3] = tile.is_near, tile.light
+        place[:2] /= np.array([[self._columns], [len(self._lights)]])
+        return place @ spaces.SHADOW_FROM_CLIP @ tile.frustum.clip_from_world
+
+    def offsets(self, tile: Tile, texels: float, size: int) -> tuple[NDArray[np.float64], float]:
+        """How far a receiver is moved off its surface, as surface.vert has it.
+
+        Args:
+            tile: A light's wide one.
+            texels: By how many texels.
+            size: Of them along a tile's edge.
+
+        Returns:
+            (2, 4) the light's axes to the right and up, and what a unit along them is in the
+            atlas for each unit of distance; and a texel in depth.
+        """
+        frustum = tile.frustum
+        axes = shadow_fit.view_from_world(self._lights[tile.light])[:2, :3]
+        # Depth is a constant less this over the distance, which shrinks by a share of itself.
+        over_distance = frustum.near * frustum.far / (frustum.far - frustum.near)
+        across = texels / size / np.array([self._columns, len(self._lights)])
+        return np.c_[axes, across], -over_distance * frustum.texel * texels
+
+    def near_from_wide(self) -> NDArray[np.float64]:
+        """(lights, 4) scales (x, y) and shifts (x, y) from the wide tiles into the near ones.
+
+        Of homogeneous atlas coordinates: ``near.xy = wide.xy * scale + wide.w * shift``. Where
+        there is no near tile, everything comes to lie outside of the atlas.
+        """
+        found = np.tile([1.0, 1.0, 4.0, 4.0], (len(self._lights), 1))
+        for tile in self.tiles:
+            if tile.finer is not None:
+                scale, shift = tile.finer_from_here()
+                before, after = np.array([[0, tile.light], [1, tile.light]])
+                shift = (shift - scale * before + after) / (self._columns, len(self._lights))
+                found[tile.light] = *scale, *shift
+        return found
+
+
+def _edges(frustum: ShadowFrustum) -> NDArray[np.float64]:
+    """(2, 2) lowest and highest tangents of a window."""
+    return np.array(frustum.window).reshape(2, 2).T

@@ -7,7 +7,7 @@ from followspot import spaces
 from followspot.assets.shader_values import Sides
 from followspot.passes import drawlist
 from followspot.passes.drawlist import NOTHING, Mask
-from followspot.passes.shadow_fit import Boxes
+from followspot.passes.shadow_fit import Receivers
 from followspot.scene.mesh import FLAT
 from followspot.scene.scene import Scene
 from followspot.spaces import Mat4, Vec3
@@ -16,7 +16,7 @@ SORT_CELL = 256.0
 """Units: opaque faces are sorted as seen from the middle of the cell that the eye is in, so that
 their order stays while the eye moves a little, and yet follows from where it is alone."""
 
-CELLS_ACROSS, CELLS_DEEP = 3, 6
+CELLS_ACROSS, CELLS_DEEP = 4, 8
 """Cells of the frustum across and in depth, in which receivers of shadows are boxed."""
 
 _SIDE = {Sides.FRONT: 1, Sides.BACK: -1, Sides.BOTH: 0}
@@ -42,7 +42,8 @@ class VisibleFaces:
         self._is_cut_out = np.array([m.alpha_test is not None for m in materials], bool)
         self._is_blended = np.array([m.blend is not None for m in materials], bool)
         self.opaque, self.blended = NOTHING, NOTHING
-        self.receivers = Boxes(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))
+        none, nowhere = np.zeros((0, 3), np.float32), np.zeros(0)
+        self.receivers = Receivers(none, none, np.zeros((0, 8, 3)), nowhere, nowhere)
         self._listed: object = None
         self._sorted: tuple[object, Mask] = (None, np.zeros(0, bool))
 
@@ -108,7 +109,7 @@ class VisibleFaces:
         points = low[:, np.newaxis] + size[:, np.newaxis] * grid
         return self._visibility.leafs_at(points.reshape(-1, 3)).reshape(-1, 27)
 
-    def _boxes_in_view(self, visible: Mask, boxes: Mask, clip_from_world: Mat4) -> Boxes:
+    def _boxes_in_view(self, visible: Mask, boxes: Mask, clip_from_world: Mat4) -> Receivers:
         """Boxes that hold all visible faces and characters within the camera's frustum, tightly.
 
         The frustum is cut into cells; each cell has the box of what the faces' boxes have in
@@ -127,10 +128,11 @@ class VisibleFaces:
         holds = ~apart.all(axis=1)
         mins = [np.where(apart, np.inf, x).min(axis=1, initial=np.inf)[holds] for x in low]
         maxs = [np.where(apart, -np.inf, x).max(axis=1, initial=-np.inf)[holds] for x in high]
-        return Boxes(np.stack(mins, axis=1), np.stack(maxs, axis=1))
+        corners, start, end = cells.corners[holds], cells.start[holds], cells.end[holds]
+        return Receivers(np.stack(mins, axis=1), np.stack(maxs, axis=1), corners, start, end)
 
 
-def _frustum_cells(clip_from_world: Mat4) -> Boxes:
+def _frustum_cells(clip_from_world: Mat4) -> Receivers:
     """World boxes of a frustum's cells: CELLS_ACROSS squared times CELLS_DEEP of them."""
     across = np.linspace(-1, 1, CELLS_ACROSS + 1)
     ends = np.array([[x, y, z, 1] for z in (-1, 1) for y in across for x in across])
@@ -147,4 +149,9 @@ def _frustum_cells(clip_from_world: Mat4) -> Boxes:
             for x in (0, 1)
         ]
     ).reshape(8, -1, 3)
-    return Boxes(corners.min(axis=0).astype(np.float32), corners.max(axis=0).astype(np.float32))
+    distances = (grid[:, 0, 0] @ clip_from_world[3, :3] + clip_from_world[3, 3]).repeat(
+        CELLS_ACROSS**2
+    )
+    mins, maxs = corners.min(axis=0).astype(np.float32), corners.max(axis=0).astype(np.float32)
+    start, end = distances[: -(CELLS_ACROSS**2)], distances[CELLS_ACROSS**2 :]
+    return Receivers(mins, maxs, corners.swapaxes(0, 1), start, end)

@@ -10,12 +10,13 @@ from followspot.assets.shader_values import Sides
 from followspot.errors import UsageError
 from followspot.passes import lighting
 from followspot.passes.frame import FrameInput
+from followspot.passes.shadow_tiles import Tile, near_reach
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.light import SpotLight
 from followspot.scene.sight import Crossing, crossings
 
-_TWO_SIDED_OFFSET = 4.0
+_TWO_SIDED_OFFSET, _GRAZING = 4.0, 0.1
 """As in surface.vert."""
 
 Values = NDArray[np.float64]
@@ -46,7 +47,8 @@ class ShadowLookup:
         light: The light's name, or its number among those with a map.
         light_space: (4,) homogeneous place in the atlas, moved off the surface by the bias.
         divided: (3,) the same after the division, in [0, 1]; the third is what is compared.
-        texel: Column and row in the light's own map, from the top left.
+        texel: Column and row in the light's tile, from the top left.
+        is_near: Whether that is its near tile, not its wide one.
         stored: Depth in that texel, in [0, 1].
         stored_distance: The same in units along the light's axis; infinite where nothing is.
         compared_distance: That of the point.
@@ -59,6 +61,7 @@ class ShadowLookup:
     light_space: Values
     divided: Values
     texel: tuple[int, int]
+    is_near: bool
     stored: float
     stored_distance: float
     compared_distance: float
@@ -213,48 +216,66 @@ def _look_up(
 ) -> ShadowLookup:
     """What surface.vert and surface.frag do for one light."""
     shadow, settings, light = renderer.pipeline.shadow, frame.settings, frame.shadowed[number]
-    size = settings.shadow_map_size
-    light_space = _light_space(renderer, frame, number, surface)
+    tile, light_space = _light_space(renderer, frame, number, surface)
     divided = light_space[:3] / light_space[3]
-    # The place in the light's own map, in texels from the bottom left, as the atlas has it.
-    place = (divided[0] * len(shadow.tiles) - number) * size, divided[1] * size
+    # The place in the tile, in texels from the bottom left, as the atlas has it.
+    size = shadow.size
+    place = divided[:2] * shadow.atlas.size - np.array(tile.place) * size
     weights, texels = zip(*(_filter(at, settings.shadow_taps, size) for at in place), strict=True)
     columns, rows = texels
     left, right, bottom, top = (int(each) for each in (*columns[[0, -1]], *rows[[0, -1]]))
     part = left, size - 1 - top, right - left + 1, top - bottom + 1
-    depths = shadow.read_depths(number, part, size)[::-1]
+    depths = shadow.read_depths(tile, part)[::-1]
     around = depths[np.ix_(rows - bottom, columns - left)]
     compared = min(max(float(divided[2]), 0.0), 1.0)
     column, row = (min(max(int(at), 0), size - 1) for at in place)
-    tile = shadow.tiles[number]
-    stored = shadow.read_depths(number, (column, size - 1 - row, 1, 1), size)
+    stored = shadow.read_depths(tile, (column, size - 1 - row, 1, 1))
+    distances = tile.frustum.distances
     return ShadowLookup(
         light=light.name or str(number),
         light_space=light_space,
         divided=divided,
         texel=(column, size - 1 - row),
+        is_near=tile.is_near,
         stored=float(stored[0, 0]),
-        stored_distance=float(tile.distances(stored)[0, 0]),
-        compared_distance=float(tile.distances(divided[2])),
+        stored_distance=float(distances(stored)[0, 0]),
+        compared_distance=float(distances(divided[2])),
         arrives=float(weights[1] @ (np.float32(compared) <= around) @ weights[0]),
         is_lit=_is_lit(light, position, normal),
     )
 
 
-def _light_space(renderer: Renderer, frame: FrameInput, number: int, surface: Crossing) -> Values:
-    """(4,) the interpolation of what surface.vert hands on at the triangle's corners."""
+def _light_space(
+    renderer: Renderer, frame: FrameInput, number: int, surface: Crossing
+) -> tuple[Tile, Values]:
+    """The tile, and (4,) the place in the atlas that surface.frag makes of its inputs."""
     shadow, settings, light = renderer.pipeline.shadow, frame.settings, frame.shadowed[number]
-    matrix = shadow.shadow_from_world(number)
+    wide, *near = shadow.tiles_of(number)
     corners = surface.corners["position"].astype(np.float64)
     normals = surface.corners["normal"].astype(np.float64)
-    if surface.material.sides is not Sides.FRONT:
-        turned = np.einsum("ij,ij->i", normals, light.position - corners) < 0
-        normals = np.where(turned[:, np.newaxis], -normals, normals) * _TWO_SIDED_OFFSET
-    places = np.c_[corners, np.ones(3)] @ matrix.T
-    offset = shadow.tiles[number].texel * settings.shadow_normal_offset * places[:, 3]
-    offset += settings.shadow_bias
-    places += np.c_[normals * offset[:, np.newaxis], np.zeros(3)] @ matrix.T
-    return np.asarray(surface.weights @ places)
+    ray = light.position - corners
+    cosine = np.einsum("ij,ij->i", normals, ray) / np.linalg.norm(ray, axis=1)
+    two_sided = surface.material.sides is not Sides.FRONT
+    if two_sided:
+        normals, cosine = np.where(cosine < 0, -normals.T, normals.T).T, np.abs(cosine)
+    axes, texel_in_depth = shadow.offsets(wide, settings)
+    across = normals @ axes[:, :3].T
+    depth = np.maximum(cosine, 0)
+    if two_sided:
+        depth = _TWO_SIDED_OFFSET * np.abs(across).sum(axis=1) / np.maximum(cosine, _GRAZING)
+    places = np.c_[corners + normals * settings.shadow_bias, np.ones(3)]
+    places = places @ shadow.atlas_from_world(wide).T
+    offsets = np.c_[across * axes[:, 3] * places[:, 3:], texel_in_depth * depth]
+    place, offset = surface.weights @ places, surface.weights @ offsets
+    if near:
+        scale, shift = np.split(shadow.near_from_wide()[number], 2)
+        there = place[:2] * scale + place[3] * shift + offset[:2]
+        tiles = np.array(shadow.atlas.size) / shadow.size
+        middle = (np.array(near[0].place) + 0.5) / tiles
+        reach = near_reach(settings) / tiles
+        if (np.abs(there - place[3] * middle) < place[3] * reach).all():
+            return near[0], np.array([*there, place[2] + offset[2] / scale.min(), place[3]])
+    return wide, place + np.array([*offset, 0.0])
 
 
 def _filter(at: float, taps: int, size: int) -> tuple[Values, NDArray[np.intp]]:

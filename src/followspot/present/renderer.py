@@ -212,7 +212,7 @@ class Renderer:
             raise UsageError("there is no shadow map: no spot light casts shadows here")
         self.draw(frame)
         assert self._pipeline is not None
-        distance = self._pipeline.shadow.read_distance(0, frame.settings.shadow_map_size)
+        distance = self._pipeline.shadow.read_distance(0)
         return distance if linear else _stretched(distance)
 
     def shadow_map_texture(self, number: int = 0) -> moderngl.Texture | None:
@@ -227,7 +227,7 @@ class Renderer:
         assert self._pipeline is not None, "open a scene first"
         self._make_current()
         shadow = self._pipeline.shadow
-        if number >= len(shadow.tiles):
+        if not shadow.tiles_of(number):
             return None
         if number not in self._previews:
             self._previews[number] = ShadowPreview(self._context)

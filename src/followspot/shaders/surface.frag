@@ -18,7 +18,10 @@ flat in float scale;
 in vec3 world_position;
 #endif
 #if SHADOWS > 0
-in vec4 shadow_position[SHADOWS];
+in vec4 shadow_wide[SHADOWS];
+#if SHADOW_COLUMNS == 2
+in vec3 shadow_near[SHADOWS];
+#endif
 in vec4 shadowed_ray[SHADOWS];
 flat in vec4 shadowed_glow[SHADOWS];
 #endif
@@ -26,6 +29,24 @@ flat in vec4 shadowed_glow[SHADOWS];
 out vec4 value;
 
 #if SHADOWS > 0
+#if SHADOW_COLUMNS == 2
+#include "common/atlas.glsl"
+
+// Where a light's map is looked at, moved off the surface: in the near tile if that holds the
+// place and all that the filter takes, else in the wide one.
+vec4 place_in_atlas(int i) {
+    vec4 wide = shadow_wide[i];
+    vec3 near = shadow_near[i];
+    bool is_near = max(abs(near.x), abs(near.y)) < wide.w;
+    near.xy = near.xy * near_reach + wide.w * near_middle(i);
+    return vec4(is_near ? near : wide.xyz, wide.w);
+}
+#else
+vec4 place_in_atlas(int i) {
+    return shadow_wide[i];
+}
+#endif
+
 // Share of a light that arrives, by percentage-closer filtering (Reeves, Salesin and Cook 1987):
 // the mean of comparisons, of which the hardware makes four for each fetch.
 float visibility(vec4 homogeneous) {
@@ -50,7 +71,7 @@ vec3 radiance_from_lights(vec3 n) {
 #if SHADOWS > 0
     for (int i = 0; i < SHADOWS; ++i)
         sum += radiance_from_light(shadowed_ray[i], shadowed_glow[i], n)
-             * visibility(shadow_position[i]);
+             * visibility(place_in_atlas(i));
 #endif
 #if LIGHTS > SHADOWS
     for (int i = SHADOWS; i < LIGHTS; ++i)
@@ -64,7 +85,7 @@ float key_light_visibility(vec3 n) {
     const vec3 white = vec3(1.0);
 #if SHADOWS > 0
     bool faces = radiance_from_light(shadowed_ray[0], vec4(white, shadowed_glow[0].w), n).r > 0.0;
-    return faces ? visibility(shadow_position[0]) : 0.0;
+    return faces ? visibility(place_in_atlas(0)) : 0.0;
 #elif LIGHTS > 0
     vec4 ray = light_ray(0, world_position);
     return radiance_from_light(ray, vec4(white, light_glow(0).w), n).r > 0.0 ? 1.0 : 0.0;

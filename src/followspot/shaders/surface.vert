@@ -18,9 +18,45 @@ flat out float scale;  // of the output; handed on, since pixels read uniform bl
 out vec3 world_position;
 #endif
 #if SHADOWS > 0
-out vec4 shadow_position[SHADOWS];
+out vec4 shadow_wide[SHADOWS];  // place in the atlas, in the wide tile
+#if SHADOW_COLUMNS == 2
+out vec3 shadow_near[SHADOWS];  // x, y in the near tile, used from -w to w; and z for it
+#include "common/atlas.glsl"
+#endif
 out vec4 shadowed_ray[SHADOWS];  // common/light.glsl
 flat out vec4 shadowed_glow[SHADOWS];
+
+// Two-sided surfaces are moved by so many times the normal offset, to a reach of a texel.
+const float TWO_SIDED = 4.0, GRAZING = 0.1;
+
+// Where a receiver is looked up. It is moved off its surface by a part of a texel (Holbert, "Saying
+// goodbye to shadow acne", 2011): across the map as its normal points, and towards the light as far
+// as it faces it; not along the light's axis, into surfaces that face away from that.
+void place_in_tiles(int i, vec3 position, vec3 n) {
+    vec3 ray = shadowed_ray[i].xyz;
+    float cosine = dot(n, ray) * inversesqrt(dot(ray, ray));
+#ifdef SIDES_BOTH
+    if (cosine < 0.0) n = -n;
+#endif
+    vec2 across = vec2(dot(offset_right[i].xyz, n), dot(offset_up[i].xyz, n));
+#ifdef SIDES_BOTH
+    // Its lit side is in the map itself, whichever faces that leaves out: off by as much as a plane
+    // so steep deepens from texel to texel.
+    float nearer = TWO_SIDED * (abs(across.x) + abs(across.y)) / max(abs(cosine), GRAZING);
+#else
+    float nearer = max(cosine, 0.0);
+#endif
+    float depth = light_position[i].w * nearer;
+    vec4 s = shadow_from_world[i] * vec4(position + n * SHADOW_BIAS, 1.0);
+    vec2 moved = across * vec2(offset_right[i].w, offset_up[i].w) * s.w;
+    shadow_wide[i] = vec4(s.xy + moved, s.z + depth, s.w);
+#if SHADOW_COLUMNS == 2
+    vec2 scale = near_from_wide[i].xy;  // a texel is smaller by this, and with it its depth
+    vec2 near = s.xy * scale + s.w * near_from_wide[i].zw + moved;
+    near = (near - s.w * near_middle(i)) / near_reach;
+    shadow_near[i] = vec3(near, s.z + depth / min(scale.x, scale.y));
+#endif
+}
 #endif
 
 void main() {
@@ -38,17 +74,7 @@ void main() {
     for (int i = 0; i < SHADOWS; ++i) {
         shadowed_ray[i] = light_ray(i, world.xyz);
         shadowed_glow[i] = light_glow(i);
-        vec3 n = world_normal;
-#ifdef SIDES_BOTH
-        if (dot(n, shadowed_ray[i].xyz) < 0.0) n = -n;
-        n *= 4.0;  // its lit side is in the map itself, whichever faces that leaves out
-#endif
-        // A texel's footprint grows with w, the distance along the light's axis: the receiver is
-        // moved off its surface by a part of it (Holbert, "Saying goodbye to shadow acne", 2011).
-        // Along the normal, since along the axis it would go into surfaces that face away from it.
-        vec4 s = shadow_from_world[i] * world;
-        float offset = light_position[i].w * s.w + SHADOW_BIAS;
-        shadow_position[i] = s + shadow_from_world[i] * vec4(n * offset, 0.0);
+        place_in_tiles(i, world.xyz, world_normal);
     }
 #endif
     gl_Position = clip_from_world * world;

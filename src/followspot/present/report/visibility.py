@@ -13,6 +13,7 @@ import numpy as np
 from followspot.assets.shader_values import Sides
 from followspot.passes import shadow_fit
 from followspot.passes.shadow_fit import Boxes, ShadowFrustum
+from followspot.passes.shadow_tiles import tile_size
 from followspot.passes.visible import VisibleFaces
 from followspot.present.cut_outs import CutOuts, Mask, Numbers
 from followspot.scene.camera import Camera
@@ -155,10 +156,8 @@ def fitted(
     faces = scene.mesh.faces
     everything = shadow_fit.outlines(light, Boxes(faces["mins"], faces["maxs"]))
     receivers = visible.receivers if settings.shadow_fit else None
-    whole, tight = (
-        shadow_fit.fit(light, everything, boxes, settings.shadow_map_size)
-        for boxes in (None, receivers)
-    )
+    texels = tile_size(settings)
+    whole, tight = (shadow_fit.fit(light, everything, boxes, texels) for boxes in (None, receivers))
     return whole, tight
 
 

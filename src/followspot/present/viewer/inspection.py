@@ -117,12 +117,20 @@ def _subject(state: State, look: Look) -> tuple[object, ...]:
 def _texel(renderer: Renderer, asked: Asked) -> Texel | None:
     """What a texel holds, which waits for the GPU."""
     shadow, number = renderer.pipeline.shadow, asked.shadow_map
-    if asked.texel is None or number is None or number >= len(shadow.tiles):
+    if asked.texel is None or number is None or not shadow.tiles_of(number):
         return None
-    (x, y), size, tile = asked.texel, shadow.atlas.height, shadow.tiles[number]
+    (x, y), size, (tile, *finer) = asked.texel, shadow.size, shadow.tiles_of(number)
     if not (0 <= x < size and 0 <= y < size):
         return None
-    depth = float(shadow.read_depths(number, (x, y, 1, 1), size)[0, 0])
-    ndc = np.array([(x + 0.5) / size, 1 - (y + 0.5) / size, depth, 1.0]) * 2 - 1
-    world = np.linalg.solve(tile.clip_from_world, ndc)
-    return Texel((x, y), depth, float(tile.distances(np.array(depth))), world[:3] / world[3])
+    middle = np.array([(x + 0.5) / size, 1 - (y + 0.5) / size])
+    if finer:  # where it holds the texel's middle, the picture shows that one
+        scale, shift = tile.finer_from_here()
+        near = middle * scale + shift
+        if (near >= 0).all() and (near < 1).all():
+            middle, tile = near, finer[0]
+    column, row = int(middle[0] * size), size - 1 - int(middle[1] * size)
+    depth = float(shadow.read_depths(tile, (column, row, 1, 1))[0, 0])
+    frustum = tile.frustum
+    ndc = np.array([*middle, depth, 1.0]) * 2 - 1
+    world = np.linalg.solve(frustum.clip_from_world, ndc)
+    return Texel((x, y), depth, float(frustum.distances(np.array(depth))), world[:3] / world[3])
