@@ -313,10 +313,10 @@ def test_a_frame_of_characters_creates_nothing_and_sends_no_vertices(
             renderer.draw(frame_input(scene, view, time))
             pipeline = renderer.pipeline
             casting = sum(
-                len(pipeline._characters.casting_boxes(k)[0])
+                len(pipeline._characters.covering(k).numbers)
                 for k in range(len(pipeline.shadow.tiles))
             )
-            assert 0 < sum(sent) <= 192 * (casting + len(scene.crowd)) + 2048
+            assert 0 < sum(sent) <= (192 + 32) * casting + 192 * len(scene.crowd) + 2048
     monkeypatch.undo()
     renderer._drop_scene()
     renderer.render(make_scene([floor()]), view)

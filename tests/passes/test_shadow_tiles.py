@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from followspot.passes import shadow_extent
 from followspot.passes.shadow_fit import Receivers
 from followspot.passes.shadow_tiles import ShadowTiles, Tile, tile_size
 from followspot.scene.settings import CullFace, Settings
@@ -102,7 +103,7 @@ def test_from_the_wide_tile_to_the_near_one() -> None:
         np.testing.assert_allclose(a[:, 2:], b[:, 2:], err_msg="depths are compared with both")
         a, b = (points @ tile.frustum.clip_from_world.T for tile in (wide, near))
         a, b = ((at[:, :2] / at[:, 3:] + 1) / 2 for at in (a, b))
-        scale, shift = wide.finer_from_here()
+        scale, shift = wide.finer_from_here
         np.testing.assert_allclose(a * scale + shift, b, rtol=1e-9)
 
 
@@ -119,7 +120,15 @@ def test_only_what_is_well_within_the_near_tile_is_left_to_it() -> None:
     tiles.fit((HIGH,), SETTINGS, receivers(20, 300))
     near, wide = near_and_wide(tiles)
     edge = near.frustum.window[1] * 500  # units on the floor, under the light
-    least = np.array([(-5, -5, 0), (edge - 4, -5, 0), (edge + 4, -5, 0), (-5, -5, 480)], np.float32)
-    boxes = least, least + np.float32(10)
-    assert wide.leaves_to_finer(*boxes).tolist() == [True, False, False, False]
-    assert not near.leaves_to_finer(*boxes).any()
+    least = np.array([(-5, -5, 0), (edge - 4, -5, 0), (edge + 4, -5, 0), (-5, -5, 495)], np.float32)
+    found = shadow_extent.extents(near.frustum, least, least + np.float32(10))
+    assert shadow_extent.within(found, wide.seam).tolist() == [True, False, False, False]
+    assert shadow_extent.meets(found).tolist() == [True, True, False, True]
+    # A filter of four taps around a place that is just looked up in the wide one.
+    in_wide_texels = wide.seam * 2 * near.frustum.window[1] / wide.frustum.texel
+    assert in_wide_texels > 2.5
+
+
+def test_rectangles_hold_whole_texels_of_the_tile() -> None:
+    found = np.array([(-1.0, 0.26, 0.49, 2.0), (-np.inf, -np.inf, np.inf, np.inf)])
+    np.testing.assert_allclose(shadow_extent.texels(found, 4), [(-1, -0.5, 0, 1), (-1, -1, 1, 1)])

@@ -250,7 +250,7 @@ def test_maps_are_shown_and_read_as_they_are(renderer: Renderer, garden: Scene) 
         )
         expected = wide.frustum.distances(depths).astype(np.float32)
         for tile in near:  # finer depths, where it holds the texels' middles
-            scale, shift = wide.finer_from_here()
+            scale, shift = wide.finer_from_here
             x, y = np.meshgrid((np.arange(size) + 0.5) / size, 1 - (np.arange(size) + 0.5) / size)
             x, y = x * scale[0] + shift[0], y * scale[1] + shift[1]
             inside = (np.minimum(x, y) >= 0) & (np.maximum(x, y) < 1)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from figures import at, figure, key, puppet
 from followspot.assets.animation import Animation
@@ -11,7 +12,7 @@ from followspot.assets.player import list_players, load_player
 from followspot.errors import AssetError, UsageError
 from followspot.scene import walk
 from followspot.scene.character import SLOTS, Character, Crowd
-from followspot.scene.figure import STILL, Figure, Tracks, from_player
+from followspot.scene.figure import STILL, Figure, FigurePart, Tracks, from_player
 from followspot.scene.material import Material
 from synthetic import box, rotation, turned
 
@@ -126,6 +127,39 @@ def test_no_pose_leaves_a_figures_radius() -> None:
             assert np.linalg.norm(world - (5, 6, 7), axis=1).max() <= of.radius + 1e-4
     np.testing.assert_allclose(crowd.mins, [np.array([5, 6, 7]) - of.radius], rtol=1e-6)
     np.testing.assert_allclose(crowd.maxs, [np.array([5, 6, 7]) + of.radius], rtol=1e-6)
+
+
+def test_boxes_are_those_of_the_pose() -> None:
+    """They hold every vertex between key poses, and touch it at them if nothing is turned."""
+    of = doll()
+    run = ((of.tracks("run+attack"), 0.0),)
+    crowd = Crowd(
+        [
+            Character(of, walk.standing((5, 6, 7), 30), run),
+            Character(of, walk.standing((9, 0, 0)), run),
+        ]
+    )
+    both = np.array([1, 0])
+    for seconds in np.linspace(0, 3, 31).tolist():
+        rows = crowd.instances(seconds, crowd.places(seconds), both)
+        mins, maxs = crowd.boxes(rows, both)
+        for row, low, high in zip(rows, mins, maxs, strict=True):
+            world = np.concatenate([_vertices(part, row[part.slot]) for part in of.parts])
+            assert (world >= low - 1e-4).all() and (world <= high + 1e-4).all()
+            assert (high - low <= np.ptp(world, axis=0) * 1.6 + 1e-4).all()
+    box = Crowd([Character(figure([BODY]), walk.standing((1, 2, 3)))])
+    only = np.array([0])
+    mins, maxs = box.boxes(box.instances(0.0, box.places(0.0), only), only)
+    corners = figure([BODY]).parts[0].positions[0] + (1, 2, 3)
+    np.testing.assert_allclose([mins[0], maxs[0]], [corners.min(axis=0), corners.max(axis=0)])
+
+
+def _vertices(part: FigurePart, row: NDArray[np.float32]) -> NDArray[np.float64]:
+    """(v, 3) where vertices are in the world, as the vertex shader puts them there."""
+    first, second = (int(at) // part.vertex_count for at in row[3, :2])
+    blend = float(row[3, 2])
+    posed = part.positions[first] * (1 - blend) + part.positions[second] * blend
+    return np.asarray(posed.astype(np.float64) @ row[:3, :3].T + row[:3, 3])
 
 
 def test_spinning_and_bobbing() -> None:

@@ -72,6 +72,8 @@ _SURFACE_LIMITS = {
 _ANGLES = np.arange(256) * (2 * np.pi / 256)
 _COS, _SIN = np.cos(_ANGLES).astype(np.float32), np.sin(_ANGLES).astype(np.float32)
 
+_TINY = float(np.finfo(np.float32).tiny)
+
 _SMALLEST_AREA = 1e-6  # squared, of the parallelogram of two axes that were unit vectors
 
 Records = NDArray[np.void]
@@ -158,14 +160,16 @@ def between(keys: Mat4, pose: Pose) -> Mat4:
     before, behind = keys[pose.frame], keys[pose.next_frame]
     blend = np.asarray(pose.blend)[..., np.newaxis, np.newaxis]
     mixed = before + (behind - before) * blend
-    axes = mixed[..., :3, :2]
+    mixed[..., :3, :3], area = _orthonormalised(mixed[..., :3, :3])
     # Axes that turn by half a circle meet in the middle, and are no axes there.
-    products = axes.swapaxes(-1, -2) @ axes
-    area = products[..., :1, :1] * products[..., 1:, 1:] - products[..., :1, 1:] ** 2
-    mixed[..., :3, :3] = orthonormalised(mixed[..., :3, :3])
-    lost = area < _SMALLEST_AREA
-    mixed = np.where((blend <= 0) | lost & (blend < 0.5), before, mixed)
-    return np.where((blend >= 1) | lost & (blend >= 0.5), behind, mixed)
+    blend, lost = blend[..., 0, 0], area < _SMALLEST_AREA
+    for key, is_key in (
+        (before, (blend <= 0) | lost & (blend < 0.5)),
+        (behind, (blend >= 1) | lost & (blend >= 0.5)),
+    ):
+        if is_key.any():
+            mixed[is_key] = key[is_key]
+    return mixed
 
 
 def orthonormalised(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -175,17 +179,30 @@ def orthonormalised(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
         rotations: (..., 3, 3) whose first two columns have different directions; others make no
             rotation.
     """
-    x, y = _unit(rotations[..., 0]), rotations[..., 1]
-    y = _unit(y - (x * y).sum(axis=-1, keepdims=True) * x)
-    ahead, behind = [1, 2, 0], [2, 0, 1]  # np.cross is slow for a few vectors
-    z = x[..., ahead] * y[..., behind] - x[..., behind] * y[..., ahead]
-    return np.stack([x, y, z], axis=-1)
+    return _orthonormalised(rotations)[0]
+
+
+def _orthonormalised(
+    rotations: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The same, and (...) the square of the area that the first two columns span."""
+    x, y = rotations[..., 0], rotations[..., 1]
+    z = _cross(x, y)
+    area = np.einsum("...i,...i->...", z, z)
+    x, z = _unit(x), z / np.maximum(np.sqrt(area), _TINY)[..., np.newaxis]
+    return np.stack([x, _cross(z, x), z], axis=-1), area
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    length = np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
-    unit: NDArray[np.float64] = vectors / np.maximum(length, np.finfo(np.float32).tiny)
+    length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
+    unit: NDArray[np.float64] = vectors / np.maximum(length, _TINY)[..., np.newaxis]
     return unit
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`np.cross`, which is slow for a few vectors."""
+    ahead, behind = [1, 2, 0], [2, 0, 1]
+    return np.asarray(a[..., ahead] * b[..., behind] - a[..., behind] * b[..., ahead])
 
 
 def _check_fields(

@@ -15,7 +15,7 @@ from followspot.gpu import blocks, program
 from followspot.gpu.characters import POSE_ROW_BITS, GpuPart
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
-from followspot.passes import drawlist
+from followspot.passes import drawlist, shadow_extent
 from followspot.passes.materials import (
     Variant,
     alpha_test_vector,
@@ -24,6 +24,7 @@ from followspot.passes.materials import (
     variant_of,
 )
 from followspot.passes.programs import BASE_IMAGE, KEY_POSES, Shader, SurfacePrograms
+from followspot.passes.shadow_extent import Covering
 from followspot.passes.shadow_tiles import Tile
 from followspot.scene.figure import Run
 from followspot.scene.material import Material
@@ -88,7 +89,7 @@ class CharacterPass:
         self._picture = _Choice(np.zeros(0, bool), [0] * len(self._crowd.figures))
         self._casting: list[_Choice] = []
         self._uploaded: _Choice | None = None
-        self._boxes = np.empty((0, 3), np.float32), np.empty((0, 3), np.float32)
+        self._covering: list[Covering] = []
         self.seen = 0
 
     def _draw_of(self, number: int, run: Run) -> _Draw:
@@ -137,32 +138,39 @@ class CharacterPass:
         seen = np.ones(len(crowd), bool)
         if may_be_seen is not None:
             seen = may_be_seen & within(clip_from_world)
-        casting = [
-            within(tile.frustum.clip_from_world) & ~tile.leaves_to_finer(mins, maxs)
-            for tile in tiles
-        ]
-        self.seen = int(seen.sum())
+        casting = np.zeros(len(crowd), bool)
+        for tile in tiles:
+            if not tile.is_near:
+                casting |= within(tile.frustum.clip_from_world)
         depth = places[:, :3] @ clip_from_world[3, :3]  # near ones first: they hide others
         order = np.lexsort((depth, crowd.figure_of))
-        matters = np.logical_or.reduce([seen, *casting])
-        order = order[matters[order]]
+        order = order[(seen | casting)[order]]
         self._rows = crowd.instances(seconds, places, order)
-        self._boxes = mins[order], maxs[order]
-        figure_of = crowd.figure_of[order]
-        self._picture = _Choice.of(seen[order], figure_of, len(crowd.figures))
-        self._casting = [_Choice.of(each[order], figure_of, len(crowd.figures)) for each in casting]
+        self.seen = int(seen.sum())
+        figure_of, figures = crowd.figure_of[order], len(crowd.figures)
+        self._picture = _Choice.of(seen[order], figure_of, figures)
+        boxes = crowd.boxes(self._rows, order)
+        self._casting, self._covering = [], []
+        found = finer = np.empty((0, 4))
+        for tile in tiles:
+            found = finer if tile.is_near else shadow_extent.extents(tile.frustum, *boxes)
+            casts = casting[order] & shadow_extent.meets(found)
+            if tile.finer is not None:  # the next one, in which alone some shadows are looked up
+                scale, shift = tile.finer_from_here
+                finer = (found.reshape(-1, 2, 2) * scale + shift).reshape(-1, 4)
+                casts &= ~shadow_extent.within(finer, tile.seam)
+            self._casting.append(_Choice.of(casts, figure_of, figures))
+            self._covering.append(Covering(order[casts], found[casts]))
         self._uploaded = None
         return True
 
-    def casting_boxes(self, number: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """(m, 3) least and largest corners of boxes that hold those that tile `number` draws."""
-        mins, maxs = self._boxes
-        chosen = self._casting[number].rows
-        return mins[chosen], maxs[chosen]
+    def covering(self, number: int) -> Covering:
+        """Where in tile `number` those are that it draws."""
+        return self._covering[number]
 
     def _upload(self, choice: "_Choice") -> None:
         """Put the rows of those that are drawn next into their figures' buffers."""
-        if choice is self._uploaded:
+        if self._uploaded is not None and np.array_equal(choice.rows, self._uploaded.rows):
             return
         self._uploaded = choice
         rows = self._rows[choice.rows]
@@ -195,6 +203,7 @@ class CharacterPass:
             if material.state != state:
                 state = material.state
                 set_state(self._context, material)
+            draw.image.use(BASE_IMAGE)
             self._render(draw, self.programs.chosen[draw.variant], count)
         self._context.polygon_offset = 0.0, 0.0
 
@@ -211,18 +220,22 @@ class CharacterPass:
             program.set_uniform(shadow.program, "clip_from_world", matrix)
         choice = self._casting[number]
         self._upload(choice)
+        sides: object = None
         for draw in self._casters:
             count = choice.counts[draw.part.figure]
             if not count:
                 continue
-            set_caster_culling(self._context, draw.run.material, cull)
+            if draw.run.material.sides is not sides:
+                sides = draw.run.material.sides
+                set_caster_culling(self._context, draw.run.material, cull)
+            if draw.variant.cut_out:
+                draw.image.use(BASE_IMAGE)
             self._render(draw, self._shadows[draw.variant.cut_out], count)
 
     def _render(self, draw: _Draw, shader: Shader, count: int) -> None:
         if draw.variant.cut_out:
             vector = alpha_test_vector(draw.run.material)
             program.set_uniform(shader.program, "alpha_test", vector)
-        draw.image.use(BASE_IMAGE)
         draw.part.key_poses.use(KEY_POSES)
         array = shader.arrays[draw.number]
         array.render(vertices=draw.run.count, first=draw.run.first, instances=count)

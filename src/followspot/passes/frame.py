@@ -119,6 +119,8 @@ class FramePipeline:
         self._surfaces = SurfacePass(context, gpu_scene, self._folder)
         self._sky = SkyPass(context, gpu_scene, self._folder)
         self._overlay: OverlayPass | None = None
+        self._constant_for: object = None
+        self._constants: dict[str, int | str] = {}
 
     def prepare(self, frame: FrameInput) -> None:
         """Compile and allocate what frames like this one need; `draw` then creates nothing.
@@ -130,9 +132,11 @@ class FramePipeline:
         self._gpu_scene.set_anisotropy(frame.settings.anisotropy)
         shadows = len(frame.shadowed)
         self.shadow.reserve(shadows, frame.settings)
-        constants = lighting.constants(frame.scene, frame.settings)
+        if self._constant_for != (frame.scene, frame.settings):
+            self._constant_for = frame.scene, frame.settings
+            self._constants = lighting.constants(frame.scene, frame.settings)
         for each in (self._surfaces.programs, self._characters.programs):
-            each.prepare(frame.view, len(frame.lights), shadows, constants)
+            each.prepare(frame.view, len(frame.lights), shadows, self._constants)
         if frame.overlays and self._overlay is None:
             self._overlay = OverlayPass(self._context, self._gpu_scene.scene, self._folder)
 

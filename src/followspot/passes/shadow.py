@@ -7,6 +7,7 @@ itself: when they move, it is put back where they were, and they are drawn over 
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -22,8 +23,9 @@ from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector, set_caster_culling
 from followspot.passes.programs import BASE_IMAGE, Shader
-from followspot.passes.shadow_extent import Extent
+from followspot.passes.shadow_extent import Covering, Extents
 from followspot.passes.shadow_fit import Receivers
+from followspot.passes.shadow_map import ShadowMap
 from followspot.passes.shadow_tiles import Place, ShadowTiles, Tile
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
@@ -55,12 +57,18 @@ class ShadowPass:
         self._indices = context.buffer(reserve=size, dynamic=True)  # all tiles' casters
         self._solid = Shader(context, folder, "shadow", self._array)
         self._cut_out = Shader(context, folder, "shadow", self._array, {"ALPHA_TEST": 1})
-        self._restore = Shader(context, folder, "restore", self._no_array, vertex="average")
+        most = 2 * len(gpu_scene.scene.crowd) + 1  # where all were, and are; or a whole tile
+        self._rectangles = context.buffer(reserve=most * 16, dynamic=True)
+        self._restore = Shader(context, folder, "restore", self._rectangle_array)
         self.shaders = [self._solid, self._cut_out, self._restore]
         self._tiles = ShadowTiles(gpu_scene.scene)
+        self._placed: object = None
+        self._placing: list[tuple[Any, ...]] = []
         self._drawn: dict[Place, object] = {}  # what is in the level's tiles
-        self._maps: list[_Map] = []  # with characters the level's alone, then the one with theirs
-        self._covered: dict[Place, Extent] = {}  # by them
+        self._maps: list[
+            ShadowMap
+        ] = []  # with characters the level's alone, then the one with theirs
+        self._covered: dict[Place, Covering] = {}  # by them
         self.redrawn = False
         self.version = 0
         self.triangle_count = self.draw_count = self.size = 0
@@ -70,9 +78,9 @@ class ShadowPass:
         content = [(self._gpu_scene.vertices, "3f 12x 2f", "in_position", "in_texcoord")]
         return [self._context.vertex_array(shadow, content, self._indices, skip_errors=True)]
 
-    def _no_array(self, shadow: moderngl.Program) -> list[moderngl.VertexArray]:
-        """For what is drawn over the whole map."""
-        return [self._context.vertex_array(shadow, [])]
+    def _rectangle_array(self, restore: moderngl.Program) -> list[moderngl.VertexArray]:
+        content = [(self._rectangles, "4f/i", "in_corners")]
+        return [self._context.vertex_array(restore, content)]
 
     def reserve(self, light_count: int, settings: Settings) -> None:
         """Make room for so many lights' maps. Not to be called inside a frame."""
@@ -88,10 +96,10 @@ class ShadowPass:
             )
         self.size = size
         self._drop_maps()
-        self._maps = [_Map(self._context, wanted, size)]
+        self._maps = [ShadowMap(self._context, wanted, size)]
         if len(self._gpu_scene.scene.crowd):
             self._maps[0].texture.compare_func = ""  # what it holds is fetched, to be put back
-            self._maps.append(_Map(self._context, wanted, size))
+            self._maps.append(ShadowMap(self._context, wanted, size))
         self._drawn = {}
 
     @property
@@ -126,16 +134,21 @@ class ShadowPass:
             block: One of `blocks.FRAME`.
             settings: As for `fit`.
         """
-        if not self.tiles:
-            return
-        found = self.near_from_wide()
-        block["near_from_wide"][: len(found)] = found
-        for light in range(len(found)):
-            wide = self.tiles_of(light)[0]
-            across, depth = self.offsets(wide, settings)
-            block["shadow_from_world"][light] = blocks.columns(self.atlas_from_world(wide))
-            block["offset_right"][light], block["offset_up"][light] = across
+        wanted = self.tiles, settings.shadow_normal_offset
+        if wanted != self._placed:
+            self._placed = wanted
+            self._placing = [self._place(tile, settings) for tile in self.tiles if not tile.is_near]
+        for light, (into_wide, into_near, right, up, depth) in enumerate(self._placing):
+            block["shadow_from_world"][light] = into_wide
+            block["near_from_wide"][light] = into_near
+            block["offset_right"][light], block["offset_up"][light] = right, up
             block["light_position"][light, 3] = depth
+
+    def _place(self, tile: Tile, settings: Settings) -> tuple[Any, ...]:
+        """What a light's surfaces are looked up by, from its wide tile."""
+        (right, up), depth = self.offsets(tile, settings)
+        into_wide = blocks.columns(self.atlas_from_world(tile))
+        return into_wide, self.near_from_wide()[tile.light], right, up, depth
 
     def draw(self, settings: Settings, *, is_used: bool, characters_moved: bool) -> None:
         """Bring the atlas up to date for what was fitted last.
@@ -165,26 +178,34 @@ class ShadowPass:
             self.version += 1
 
     def _draw_characters(self, settings: Settings, anew: set[Place]) -> None:
-        """Put the level's depth back where characters have been or will be; draw them over it."""
+        """Put the level's depth back where characters were or are to be; draw them over it."""
         level, sampled = self._maps
+        before, self._covered = self._covered, {}
         with self._drawing_into(sampled, settings):
             for number, tile in enumerate(self.tiles):
-                covered = shadow_extent.covered(
-                    tile.frustum, *self._characters.casting_boxes(number)
-                )
-                before = self._covered.get(tile.place, shadow_extent.WHOLE)
-                self._covered[tile.place] = covered
-                if tile.place in anew:
-                    before = shadow_extent.WHOLE
-                sampled.choose(tile.place, shadow_extent.union(before, covered))
-                self._context.disable(moderngl.CULL_FACE)
-                self._context.depth_func = "1"
-                level.texture.use(BASE_IMAGE)
-                self._restore.arrays[0].render(vertices=3)
-                self._context.depth_func = "<"
+                now = self._covered[tile.place] = self._characters.covering(number)
+                sampled.choose(tile.place)
+                if tile.place in anew or tile.place not in before:
+                    self._put_back(level, shadow_extent.WHOLE)
+                else:
+                    self._put_back(level, now.union(before[tile.place]))
                 self._characters.draw_casters(
                     number, tile.frustum.clip_from_world, settings.shadow_cull
                 )
+
+    def _put_back(self, level: ShadowMap, touched: Extents) -> None:
+        """The level's depth in some rectangles of the tile that is drawn into."""
+        rectangles = shadow_extent.texels(touched, self.size)
+        if not len(rectangles):
+            return
+        self._rectangles.write(rectangles)
+        self._context.disable(moderngl.CULL_FACE)
+        self._context.depth_func = "1"
+        level.texture.use(BASE_IMAGE)
+        self._restore.arrays[0].render(
+            moderngl.TRIANGLE_STRIP, vertices=4, instances=len(rectangles)
+        )
+        self._context.depth_func = "<"
 
     def atlas_from_world(self, tile: Tile) -> Mat4:
         """World to the atlas through a tile."""
@@ -199,7 +220,7 @@ class ShadowPass:
         return self._tiles.offsets(tile, settings.shadow_normal_offset, self.size)
 
     @contextmanager
-    def _drawing_into(self, target: "_Map", settings: Settings) -> Iterator[None]:
+    def _drawing_into(self, target: ShadowMap, settings: Settings) -> Iterator[None]:
         """Bind a map and set what casters of all kinds are drawn with."""
         context = self._context
         target.framebuffer.use()
@@ -251,22 +272,14 @@ class ShadowPass:
         """
         wide, *near = self.tiles_of(number)
         places = np.tile((np.arange(self.size) + 0.5) / self.size, (2, 1))
-        depths = self._depths_at(wide, *places)
+        depths = self._maps[-1].depths_at(wide.place, *places)
         if near:
-            scale, shift = wide.finer_from_here()
+            scale, shift = wide.finer_from_here
             places = places * scale[:, np.newaxis] + shift[:, np.newaxis]
             columns, rows = (places >= 0) & (places < 1)
-            finer = self._depths_at(near[0], places[0][columns], places[1][rows])
+            finer = self._maps[-1].depths_at(near[0].place, places[0][columns], places[1][rows])
             depths[np.ix_(rows, columns)] = finer
         return wide.frustum.distances(depths[::-1]).astype(np.float32)
-
-    def _depths_at(
-        self, tile: Tile, x: NDArray[np.float64], y: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
-        """(y, x) depths of a tile at (x,) and (y,) places between its edges at 0 and 1."""
-        depths = self.read_depths(tile, (0, 0, self.size, self.size))[::-1]
-        columns, rows = (x * self.size).astype(np.intp), (y * self.size).astype(np.intp)
-        return np.asarray(depths[np.ix_(rows, columns)])
 
     def read_depths(self, tile: Tile, part: Part) -> NDArray[np.float32]:
         """Read a part of a tile; waits for the GPU.
@@ -274,17 +287,13 @@ class ShadowPass:
         Returns:
             (h, w) depths in [0, 1], top row first.
         """
-        x, y, width, height = part
-        column, row = tile.place
-        box = column * self.size + x, (row + 1) * self.size - y - height, width, height
-        self._context.finish()  # Mesa's llvmpipe may not wait for what is still being drawn
-        raw = self._maps[-1].framebuffer.read(box, components=1, attachment=-1, dtype="f4")
-        return np.frombuffer(raw, "<f4").reshape(height, width)[::-1]
+        return self._maps[-1].read(tile.place, part)
 
     def release(self) -> None:
         """Give the GL objects back."""
         self._drop_maps()
-        self._indices.release()
+        for buffer in (self._indices, self._rectangles):
+            buffer.release()
         for shader in self.shaders:
             shader.release()
 
@@ -292,31 +301,3 @@ class ShadowPass:
         for each in self._maps:
             each.release()
         self._maps = []
-
-
-class _Map:
-    """A depth texture to draw into and to sample, of tiles of some size."""
-
-    def __init__(self, context: moderngl.Context, shape: tuple[int, int], size: int) -> None:
-        self.size = size
-        self.texture = context.depth_texture(shape)
-        self.texture.compare_func = "<="
-        self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
-        self.texture.repeat_x = self.texture.repeat_y = False
-        self.framebuffer = context.framebuffer(depth_attachment=self.texture)
-
-    def choose(self, place: Place, part: Extent = shadow_extent.WHOLE) -> None:
-        """Draw into a tile from now on, or into a part of it."""
-        size = self.size
-        left, bottom = place[0] * size, place[1] * size
-        x, y = int(part.left * size), int(part.bottom * size)
-        width = max(0, min(int(part.right * size) + 1, size) - x)
-        height = max(0, min(int(part.top * size) + 1, size) - y)
-        self.framebuffer.viewport = left, bottom, size, size
-        self.framebuffer.scissor = left + x, bottom + y, width, height
-        self.framebuffer.use()
-
-    def release(self) -> None:
-        """Give the GL objects back."""
-        self.framebuffer.release()
-        self.texture.release()

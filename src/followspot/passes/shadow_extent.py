@@ -1,4 +1,4 @@
-"""Which part of a tile boxes may be seen in, so that no more of it is drawn anew."""
+"""Where in a tile boxes may be seen, so that no more of it is drawn anew."""
 
 from typing import NamedTuple
 
@@ -7,56 +7,64 @@ from numpy.typing import NDArray
 
 from followspot.passes.shadow_fit import ShadowFrustum
 
+Extents = NDArray[np.float64]
+"""(n, 4) left, bottom, right and top of rectangles in a tile, whose own are at 0 and 1."""
 
-class Extent(NamedTuple):
-    """A rectangle in a map, whose edges are at 0 and 1."""
+_ROUNDING = 0.01
+"""Texels by which GL may put a vertex elsewhere."""
 
-    left: float
-    bottom: float
-    right: float
-    top: float
+_LOW = np.array([True, True, False, False])
+_INWARDS = np.array([1.0, 1.0, -1.0, -1.0])
 
-
-WHOLE = Extent(0.0, 0.0, 1.0, 1.0)
-NONE = Extent(1.0, 1.0, 0.0, 0.0)
+WHOLE: Extents = np.array([[0.0, 0.0, 1.0, 1.0]])
 
 
-def union(a: Extent, b: Extent) -> Extent:
-    """The smallest one that holds two."""
-    left, bottom = min(a.left, b.left), min(a.bottom, b.bottom)
-    return Extent(left, bottom, max(a.right, b.right), max(a.top, b.top))
+class Covering(NamedTuple):
+    """Which boxes are seen in a tile: (n,) their numbers; and where."""
+
+    numbers: NDArray[np.intp]
+    extents: Extents
+
+    def union(self, other: "Covering") -> Extents:
+        """Rectangles that hold those of both, one for each box if both are of the same boxes."""
+        a, b = self.extents, other.extents
+        if not np.array_equal(self.numbers, other.numbers):
+            return np.concatenate([a, b])
+        return np.concatenate([np.minimum(a[:, :2], b[:, :2]), np.maximum(a[:, 2:], b[:, 2:])], 1)
 
 
-def covered(frustum: ShadowFrustum, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> Extent:
-    """Where in a tile (n, 3) boxes may be seen."""
-    if not len(mins):
-        return NONE
-    low, high = _extents(frustum, mins, maxs)
-    ends = np.concatenate([low.min(axis=0), high.max(axis=0)])
-    return Extent(*np.clip(ends, 0, 1).tolist())
-
-
-def within(
-    frustum: ShadowFrustum, mins: NDArray[np.float32], maxs: NDArray[np.float32], margin: float
-) -> NDArray[np.bool_]:
-    """(n,) which of (n, 3) boxes are seen in a tile alone, a share of it away from its edges."""
-    low, high = _extents(frustum, mins, maxs)
-    return np.asarray(((low > margin) & (high < 1 - margin)).all(axis=1))
-
-
-def _extents(
+def extents(
     frustum: ShadowFrustum, mins: NDArray[np.float32], maxs: NDArray[np.float32]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(n, 2) lowest and highest places of boxes, if the tile's edges are at 0 and 1.
-
-    Infinite where a box reaches behind the light.
-    """
-    rows = frustum.clip_from_world[[0, 1, 3]]
-    middle = (mins + maxs) @ (rows[:, :3].T / 2) + rows[:, 3]
-    reach = (maxs - mins) @ (np.abs(rows[:, :3]).T / 2)
+) -> Extents:
+    """Rectangles around (n, 3) boxes; infinite where a box reaches behind the light."""
+    rows = frustum.clip_from_world[[0, 1, 3]].astype(np.float32)
+    middle = (mins + maxs) @ (rows[:, :3].T * 0.5) + rows[:, 3]
+    reach = (maxs - mins) @ (np.abs(rows[:, :3]).T * 0.5)
     least, most = middle - reach, middle + reach
-    near, far = np.maximum(least[:, 2:], 1e-6), most[:, 2:]
-    behind = least[:, 2:] <= 0
-    low = np.minimum(least[:, :2] / near, least[:, :2] / far) * 0.5 + 0.5
-    high = np.maximum(most[:, :2] / near, most[:, :2] / far) * 0.5 + 0.5
-    return np.where(behind, -np.inf, low), np.where(behind, np.inf, high)
+    near, far = least[:, 2:], most[:, 2:]
+    sides = np.concatenate([least[:, :2], most[:, :2]], axis=1)
+    # A side is farthest out where the box is nearest, or farthest in where it is that side's own.
+    is_outer = (sides < 0) == _LOW
+    found = sides / np.where(is_outer, np.maximum(near, 1e-6), far) * 0.5 + 0.5
+    if near.min() <= 0:
+        found[near[:, 0] <= 0] = -np.inf, -np.inf, np.inf, np.inf
+    return found.astype(np.float64)
+
+
+def texels(found: Extents, size: int) -> NDArray[np.float32]:
+    """(n, 4) the same in clip space, widened to whole texels of a tile, and cut to it."""
+    whole = np.floor(found * (size * _INWARDS) - _ROUNDING) * _INWARDS  # up is down turned round
+    return np.asarray(np.clip(whole, 0, size) * (2 / size) - 1, np.float32)
+
+
+def within(found: Extents, margin: float) -> NDArray[np.bool_]:
+    """(n,) which rectangles are inside of a tile, a share of its edge away from that."""
+    left, bottom, right, top = found.T
+    end = 1 - margin
+    return np.asarray((left > margin) & (bottom > margin) & (right < end) & (top < end))
+
+
+def meets(found: Extents) -> NDArray[np.bool_]:
+    """(n,) which rectangles have a part of a tile in them."""
+    left, bottom, right, top = found.T
+    return np.asarray((left < 1) & (bottom < 1) & (right > 0) & (top > 0))

@@ -55,7 +55,7 @@ class ShadowPreview:
             self._frustum, self._between = tile.frustum, _between(shadow, number)
         of = self._shader.program
         program.set_uniform(of, "shadow_depths", SHADOW_ATLAS)
-        scale, shift = tile.finer_from_here() if finer else ((0.0, 0.0), (-1.0, -1.0))
+        scale, shift = tile.finer_from_here if finer else ((0.0, 0.0), (-1.0, -1.0))
         program.set_uniform(of, "row", number)
         program.set_uniform(of, "near_from_wide", (*scale, *shift))
         program.set_uniform(of, "size", size)

@@ -6,14 +6,16 @@ not fitted to the camera there is only the wide one.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
-from followspot.passes import drawlist, shadow_extent, shadow_fit
-from followspot.passes.drawlist import DrawList, Mask
+from followspot.passes import drawlist, shadow_fit
+from followspot.passes.drawlist import NOTHING, DrawList
 from followspot.passes.shadow_fit import Boxes, Outlines, Receivers, ShadowFrustum
 from followspot.scene.light import SpotLight
 from followspot.scene.scene import Scene
@@ -42,37 +44,38 @@ def near_reach(settings: Settings) -> float:
     return 0.5 - shadow_fit.MARGIN / tile_size(settings)
 
 
-class Tile(NamedTuple):
-    """A square of the atlas.
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """A square of the atlas. Equal only to itself.
 
     Attributes:
         light: Number of its light.
         is_near: Whether it is that light's near one.
         frustum: What it covers.
-        casters: The level's.
         finer: What the near tile covers, for a wide one that has one.
+        casters: The level's.
     """
 
     light: int
     is_near: bool
     frustum: ShadowFrustum
-    casters: DrawList
     finer: ShadowFrustum | None = None
+    casters: DrawList = NOTHING
 
     @property
     def place(self) -> Place:
         """Where it is in the atlas."""
         return int(self.is_near), self.light
 
-    def leaves_to_finer(self, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> Mask:
-        """(n,) which of (n, 3) boxes cast shadows that are looked up in the near tile alone."""
-        if self.finer is None:
-            return np.zeros(len(mins), bool)
-        # Next to the near tile's margin the filter takes from the wide one.
-        seam = shadow_fit.MARGIN * (self.finer.texels + self.frustum.texels)
-        (low, high) = _edges(self.finer)
-        return shadow_extent.within(self.finer, mins, maxs, float((seam / (high - low)).max()))
+    @cached_property
+    def seam(self) -> float:
+        """Share of the near tile's edge next to which the filter still takes from this one."""
+        assert self.finer is not None
+        low, high = _edges(self.finer)
+        reach = shadow_fit.MARGIN * (self.finer.texels + self.frustum.texels)
+        return float((reach / (high - low)).max())
 
+    @cached_property
     def finer_from_here(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(2,) scale and (2,) shift to the near tile; both tiles' edges are at 0 and 1."""
         assert self.finer is not None
@@ -141,11 +144,12 @@ class ShadowTiles:
             near = None
             if receivers is not None:
                 near = shadow_fit.fit_near(light, wide, receivers, size)
-            tiles.append(self._tile(number, light, wide, before.get((light, False)), settings))
             if near is not None:
-                tile = self._tile(number, light, near, before.get((light, True)), settings)
-                tiles[-1] = tiles[-1]._replace(finer=tile.frustum)
-                tiles.append(tile._replace(is_near=True))
+                finer = self._tile(Tile(number, True, near), before, light, settings)
+                near = finer.frustum
+            tiles.append(self._tile(Tile(number, False, wide, near), before, light, settings))
+            if near is not None:
+                tiles.append(finer)
         is_new = self.tiles != tuple(tiles)
         self.tiles = tuple(tiles)
         self._lights, self._fitted = lights, wanted
@@ -153,16 +157,18 @@ class ShadowTiles:
 
     def _tile(
         self,
-        number: int,
+        wanted: Tile,
+        before: Mapping[tuple[SpotLight, bool], Tile],
         light: SpotLight,
-        frustum: ShadowFrustum,
-        before: Tile | None,
         settings: Settings,
     ) -> Tile:
-        """A new one, or with what it had before if that will do."""
-        if before is not None and before.frustum.covers_the_same(frustum):
-            return Tile(number, False, before.frustum, before.casters)
-        return Tile(number, False, frustum, self._find_casters(light, frustum, settings))
+        """The one that there was, if it will do; or a new one, with its casters."""
+        kept = before.get((light, wanted.is_near))
+        if kept is None or not kept.frustum.covers_the_same(wanted.frustum):
+            return replace(wanted, casters=self._find_casters(light, wanted.frustum, settings))
+        if (kept.light, kept.finer) == (wanted.light, wanted.finer):
+            return kept
+        return replace(wanted, frustum=kept.frustum, casters=kept.casters)
 
     def _find_casters(
         self, light: SpotLight, frustum: ShadowFrustum, settings: Settings
@@ -211,7 +217,7 @@ class ShadowTiles:
         found = np.tile([1.0, 1.0, 4.0, 4.0], (len(self._lights), 1))
         for tile in self.tiles:
             if tile.finer is not None:
-                scale, shift = tile.finer_from_here()
+                scale, shift = tile.finer_from_here
                 before, after = np.array([[0, tile.light], [1, tile.light]])
                 shift = (shift - scale * before + after) / (self._columns, len(self._lights))
                 found[tile.light] = *scale, *shift

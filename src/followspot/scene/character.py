@@ -74,6 +74,7 @@ class Crowd:
             [[Play(tracks[k], at) for tracks, at in each] for k in (0, 1) for each in plays]
         )
         self._joints = _Joints(self.figures, self.figure_of)
+        self._key_boxes = _KeyBoxes(self.figures)
         self._vertex_counts = np.array([_vertex_counts(f.parts) for f in self.figures], np.float64)
         self.mins, self.maxs, self.box_of = self._bounds()
 
@@ -139,6 +140,24 @@ class Crowd:
         rows[:, :2, 3, 2] = poses.blend.reshape(2, -1).T
         return rows
 
+    def boxes(
+        self, rows: NDArray[np.float32], which: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(m, 3) least and largest corners of boxes around some characters as they stand.
+
+        Args:
+            rows: What `instances` gives for them.
+            which: (m,) their numbers.
+        """
+        figure = self.figure_of[which]
+        frames = rows[:, :, 3, :2] / self._key_boxes.vertex_counts[figure]
+        low, high = self._key_boxes.around(figure, frames.astype(np.intp))
+        turn = rows[:, :, :3, :3]
+        centre = np.einsum("mpij,mpj->mpi", turn, low + high) / 2 + rows[:, :, :3, 3]
+        reach = np.einsum("mpij,mpj->mpi", np.abs(turn), high - low) / 2
+        reach[~self._key_boxes.has_slot[figure]] = -np.inf
+        return (centre - reach).min(axis=1), (centre + reach).max(axis=1)
+
 
 def _vertex_counts(parts: Sequence[FigurePart]) -> list[int]:
     counts = [0] * SLOTS
@@ -180,6 +199,45 @@ class _Ways:
         share = (steps - (before - self._first))[:, np.newaxis]
         a, b = self._places[before], self._places[behind]
         return np.asarray(a + (b - a) * share)
+
+
+class _KeyBoxes:
+    """Boxes around the key poses of all figures' parts in one table.
+
+    Attributes:
+        has_slot: (figures, SLOTS) which parts there are.
+        vertex_counts: (figures, SLOTS, 1) float32; 1 where there is none.
+    """
+
+    def __init__(self, figures: Sequence[Figure]) -> None:
+        self.has_slot = np.zeros((len(figures), SLOTS), bool)
+        self._first = np.zeros((len(figures), SLOTS), np.intp)
+        low, high, ends = [np.zeros((1, 3))], [np.zeros((1, 3))], 1
+        for number, figure in enumerate(figures):
+            for part in figure.parts:
+                if part.positions.size:
+                    low.append(part.positions.min(axis=1))
+                    high.append(part.positions.max(axis=1))
+                    self.has_slot[number, part.slot] = True
+                    self._first[number, part.slot] = ends
+                    ends += len(part.positions)
+        self._low, self._high = (np.concatenate(x).astype(np.float32) for x in (low, high))
+        counts = np.array([_vertex_counts(figure.parts) for figure in figures], np.float32)
+        self.vertex_counts = np.maximum(counts.reshape(-1, SLOTS, 1), 1)
+
+    def around(
+        self, figure: NDArray[np.intp], frames: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(m, SLOTS, 3) least and largest corners around two key poses of each part.
+
+        Args:
+            figure: (m,) numbers of figures.
+            frames: (m, SLOTS, 2) key poses; anything between them lies in the boxes, too.
+        """
+        first = self._first[figure]
+        before, behind = first + frames[..., 0], first + frames[..., 1]
+        low = np.minimum(self._low[before], self._low[behind])
+        return low, np.maximum(self._high[before], self._high[behind])
 
 
 class _Joints:

@@ -70,7 +70,8 @@ class Schedules:
         entry = self._entries[which, now]
         step = np.maximum((seconds - entry["zero"]) * entry["fps"], -1.0)
         whole = np.floor(step)
-        return Pose(_frame(entry, whole), _frame(entry, whole + 1), step - whole)
+        frame, next_frame = _frame(entry, np.stack([whole, whole + 1]))
+        return Pose(frame, next_frame, step - whole)
 
 
 def _frame(entry: NDArray[np.void], step: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -31,14 +31,18 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         exposure: Display value per radiance; none lets it be chosen to suit.
         environment_mip: MIP level of the six-direction sum; none is the level of one texel.
         emission: Radiance in W/(m^2 sr) of a self-lit texel of value 1 (flames, beams).
-        shadow_map_size: Texels along an edge of a light's shadow map.
-        shadow_fit: Spends the map on what the camera sees instead of the light's whole cone.
+        shadow_map_size: Texels along an edge of a light's shadow map. One that is fitted consists
+            of two square tiles, which together have as many texels.
+        shadow_fit: Spends the map on what the camera sees instead of the light's whole cone: one
+            tile for all of that, one for what is near to the camera.
         shadow_taps: Fetches along an edge of the shadow filter's square, each the mean of four
             comparisons; 1 is the hardware's filter alone.
         shadow_cull: Faces left out of the shadow map.
         shadow_bias: Units that a receiver is moved along its normal before the comparison.
-        shadow_normal_offset: Texels that it is moved, besides; four times as many if it is
-            two-sided, since then its lit side is in the map itself.
+        shadow_normal_offset: Texels, of the tile that it is looked up in, that it is moved besides:
+            across the map as its normal points, and towards the light as far as it faces it. If it
+            is two-sided, its lit side is in the map itself; then it is moved towards the light by
+            as much as it deepens in four times so many texels.
         shadow_slope_bias: Depth slopes per texel added to casters (glPolygonOffset's factor).
         redraw_shadows: Draws every shadow map in every frame, to measure what that costs.
         culling: Leaves out what the camera cannot see; off is for comparisons.
