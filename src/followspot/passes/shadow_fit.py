@@ -27,6 +27,9 @@ MARGIN = 3.0
 STEPS = 16
 """A window begins at multiples of its size over this."""
 
+NEAR_STEPS = 8
+"""The same for the near tile's, which moves with the camera and would be drawn more often."""
+
 SIZES = 8
 """Sizes of windows from one to twice as wide."""
 
@@ -208,7 +211,7 @@ def fit_near(
     best, least = None, coarse * weight.sum() / FINER
     for reach in np.unique(end)[:-1].tolist():
         part = _lit_part(light, seen.chosen(receivers.end <= reach))
-        window = _window(light, part, size)
+        window = _window(light, part, size, NEAR_STEPS)
         tile = _frustum(light, window, (wide.near, wide.far), size)
         near = end <= reach
         mean = _mean_texel(tile) * weight[near].sum() + coarse * weight[~near].sum()
@@ -254,7 +257,7 @@ def _frustum(
     return ShadowFrustum(clip_from_world, near, far, texels, window)
 
 
-def _window(light: SpotLight, wanted: Part | None, size: int) -> Window:
+def _window(light: SpotLight, wanted: Part | None, size: int, steps: int = STEPS) -> Window:
     """A window on the grid of its size that holds the wanted one; the cone's at most.
 
     Sizes, apart in both directions, are the whole cone's divided by powers of 2 to the 1/SIZES.
@@ -264,13 +267,13 @@ def _window(light: SpotLight, wanted: Part | None, size: int) -> Window:
     rim = math.tan(light.half_angle) * margin
     for axis in range(2):
         low, high = (-rim, rim) if wanted is None else (float(end[axis]) for end in wanted)
-        extent = (high - low) * margin * STEPS / (STEPS - 1)
-        steps = math.floor(SIZES * math.log2(2 * rim / max(extent, 1e-9)))
-        if steps <= 0:
+        extent = (high - low) * margin * steps / (steps - 1)
+        halvings = math.floor(SIZES * math.log2(2 * rim / max(extent, 1e-9))) / SIZES
+        if halvings <= 0:
             edges.append((-rim, rim))
             continue
-        side = 2 * rim / 2 ** min(steps / SIZES, 12)
-        grid = side / STEPS
+        side = 2 * rim / 2 ** min(halvings, 12)
+        grid = side / steps
         start = round((low - (side - (high - low)) / 2) / grid) * grid
         edges.append((start, start + side))
     return (*edges[0], *edges[1])

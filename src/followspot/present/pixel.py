@@ -16,7 +16,7 @@ from followspot.present.renderer import Renderer
 from followspot.scene.light import SpotLight
 from followspot.scene.sight import Crossing, crossings
 
-_TWO_SIDED_OFFSET, _GRAZING = 4.0, 0.1
+_TWO_SIDED, _GRAZING, _STEEP = 3.0, 0.1, 0.4
 """As in surface.vert."""
 
 Values = NDArray[np.float64]
@@ -262,7 +262,11 @@ def _light_space(
     across = normals @ axes[:, :3].T
     depth = np.maximum(cosine, 0)
     if two_sided:
-        depth = _TWO_SIDED_OFFSET * np.abs(across).sum(axis=1) / np.maximum(cosine, _GRAZING)
+        facing = np.clip((cosine - _GRAZING) / (_STEEP - _GRAZING), 0, 1)
+        facing = facing * facing * (3 - 2 * facing)
+        deepens = np.abs(across).sum(axis=1) / np.maximum(cosine, _GRAZING)
+        depth = _TWO_SIDED * (cosine + (deepens - cosine) * facing)
+        across = across * (_TWO_SIDED + (1 - _TWO_SIDED) * facing)[:, np.newaxis]
     places = np.c_[corners + normals * settings.shadow_bias, np.ones(3)]
     places = places @ shadow.atlas_from_world(wide).T
     offsets = np.c_[across * axes[:, 3] * places[:, 3:], texel_in_depth * depth]

@@ -42,7 +42,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         shadow_normal_offset: Texels, of the tile that it is looked up in, that it is moved besides:
             across the map as its normal points, and towards the light as far as it faces it. If it
             is two-sided, its lit side is in the map itself; then it is moved towards the light by
-            as much as it deepens in four times so many texels.
+            what its plane deepens in three times so many texels, or by them where light grazes it.
         shadow_slope_bias: Depth slopes per texel added to casters (glPolygonOffset's factor).
         redraw_shadows: Draws every shadow map in every frame, to measure what that costs.
         culling: Leaves out what the camera cannot see; off is for comparisons.

@@ -26,8 +26,8 @@ out vec3 shadow_near[SHADOWS];  // x, y in the near tile, used from -w to w; and
 out vec4 shadowed_ray[SHADOWS];  // common/light.glsl
 flat out vec4 shadowed_glow[SHADOWS];
 
-// Two-sided surfaces are moved by so many times the normal offset, to a reach of a texel.
-const float TWO_SIDED = 4.0, GRAZING = 0.1;
+// Two-sided surfaces are moved by so many times the normal offset; and how, between two cosines.
+const float TWO_SIDED = 3.0, GRAZING = 0.1, STEEP = 0.4;
 
 // Where a receiver is looked up. It is moved off its surface by a part of a texel (Holbert, "Saying
 // goodbye to shadow acne", 2011): across the map as its normal points, and towards the light as far
@@ -37,12 +37,17 @@ void place_in_tiles(int i, vec3 position, vec3 n) {
     float cosine = dot(n, ray) * inversesqrt(dot(ray, ray));
 #ifdef SIDES_BOTH
     if (cosine < 0.0) n = -n;
+    cosine = abs(cosine);
 #endif
     vec2 across = vec2(dot(offset_right[i].xyz, n), dot(offset_up[i].xyz, n));
 #ifdef SIDES_BOTH
-    // Its lit side is in the map itself, whichever faces that leaves out: off by as much as a plane
-    // so steep deepens from texel to texel.
-    float nearer = TWO_SIDED * (abs(across.x) + abs(across.y)) / max(abs(cosine), GRAZING);
+    // Its lit side is in the map itself, whichever faces that leaves out: it is moved by as much as a
+    // plane so steep deepens from texel to texel, so that shadows' edges on it stay where they are;
+    // but across the map under grazing light, where that has no end.
+    float facing = smoothstep(GRAZING, STEEP, cosine);
+    float deepens = (abs(across.x) + abs(across.y)) / max(cosine, GRAZING);
+    float nearer = TWO_SIDED * mix(cosine, deepens, facing);
+    across *= mix(TWO_SIDED, 1.0, facing);
 #else
     float nearer = max(cosine, 0.0);
 #endif

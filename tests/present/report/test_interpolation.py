@@ -52,7 +52,7 @@ def shadow_map(light_at: Array, size: int = 1024, offset: float = 0.0) -> Map:
     """A light that looks straight down from a place, with a right-angled pyramid."""
     view = spaces.view_from_world(light_at, 0.0, 90.0)
     matrix = spaces.SHADOW_FROM_CLIP @ spaces.clip_from_view(90, 90, NEAR, FAR) @ view
-    return Map(matrix, size, NEAR, FAR, offset)
+    return Map(matrix, view, size, NEAR, FAR, 2 / size, offset)
 
 
 DOWN = shadow_map(np.array([0.0, 0.0, 300.0]))
@@ -188,7 +188,7 @@ def test_dividing_early_is_right_for_a_directional_light() -> None:
     parallel[:3, :3] *= 1e-3
     rng = np.random.default_rng(8)
     corners = rng.uniform(-200, 200, (500, 3, 3))
-    map_ = Map(parallel, 1024, NEAR, FAR)
+    map_ = Map(parallel, np.eye(4), 1024, NEAR, FAR, 2 / 1024)
     found = compare(corners, corners * 0, rng.dirichlet([1, 1, 1], 500), np.ones((500, 3)), map_)
     np.testing.assert_allclose(found.divided_early[:, :2], found.exact[:, :2], atol=1e-9)
 
@@ -202,17 +202,34 @@ def test_linear_on_the_screen_is_right_where_the_camera_is_equally_far() -> None
     assert np.abs(leaning.screen_linear - leaning.exact)[:, :2].max() > 10
 
 
-def test_a_normal_offset_is_exact_on_flat_faces_and_moves_by_its_length() -> None:
+def test_offsets_across_the_map_are_exact_on_flat_faces() -> None:
     rng = np.random.default_rng(10)
     corners = rng.uniform(-150, 150, (500, 3, 3))
     flat = np.repeat(rng.normal(size=(500, 1, 3)), 3, axis=1)
     flat /= np.linalg.norm(flat, axis=2, keepdims=True)
-    weights, map_ = rng.dirichlet([1, 1, 1], 500), shadow_map(np.array([0, 0, 300.0]), offset=0.01)
+    weights, map_ = rng.dirichlet([1, 1, 1], 500), shadow_map(np.array([0, 0, 300.0]), offset=5.0)
     found = compare(corners, flat, weights, np.ones((500, 3)), map_)
-    np.testing.assert_allclose(found.offset_by_vertex, found.offset_by_pixel, atol=1e-7)
-    upwards = np.broadcast_to([0.0, 0.0, 1.0], flat.shape)
-    found = compare(corners, upwards, weights, np.ones((500, 3)), map_)
-    np.testing.assert_allclose(found.offset_by_vertex[:, 2], found.exact[:, 2] * 0.99, rtol=1e-6)
+    apart = np.abs(found.offset_by_vertex - found.offset_by_pixel)
+    np.testing.assert_allclose(apart[:, :2], 0, atol=1e-7)
+    # The cosine is not affine, but no larger than one at a corner or anywhere else.
+    assert (apart[:, 2] <= map_.texel * map_.offset * found.exact[:, 2]).all()
+    moved = (found.offset_by_pixel - found.exact)[:, :2]
+    sideways = flat[:, 0, :2] * map_.offset
+    np.testing.assert_allclose(
+        np.linalg.norm(moved, axis=1), np.linalg.norm(sideways, axis=1), atol=1e-7
+    )
+
+
+def test_offsets_towards_the_light_are_as_long_as_it_is_faced() -> None:
+    """At corners there is nothing to interpolate: the floor, below and 45 degrees beside."""
+    corners = np.array([[0.0, 0, 100], [200, 0, 100], [0, 200, 100]])
+    light, n = np.array([0, 0, 300.0]), np.broadcast_to([0.0, 0.0, 1.0], (3, 3, 3))
+    for sign, cosines in ((1, [1, math.sqrt(0.5), math.sqrt(0.5)]), (-1, [0, 0, 0])):
+        found = ways(corners, np.eye(3), shadow_map(light, offset=5.0), n * sign)
+        np.testing.assert_allclose(found.offset_by_vertex, found.offset_by_pixel, atol=1e-9)
+        np.testing.assert_allclose(found.offset_by_vertex[:, :2], found.exact[:, :2], atol=1e-9)
+        expected = 200 / (1 + 5 * 2 / 1024 * np.array(cosines))
+        np.testing.assert_allclose(found.offset_by_vertex[:, 2], expected, rtol=1e-9)
 
 
 def test_points_in_the_map_are_before_the_light_and_inside_its_pyramid() -> None:

@@ -1,12 +1,17 @@
 """The report's own rays against closed forms and against Mitsuba's."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from followspot.assets.shader_values import AlphaTest, Sides
+from followspot.passes.shadow_fit import MARGIN, view_from_world
+from followspot.passes.shadow_tiles import tile_size
+from followspot.passes.view import View
 from followspot.present.raytracer import RayTracer
+from followspot.present.renderer import Renderer
 from followspot.present.report.visibility import Rays, fitted
 from followspot.scene.camera import Camera
 from followspot.scene.light import SpotLight
@@ -30,6 +35,8 @@ from synthetic import (
 
 VIEW = looking((-180, -120, 110), (30, 20, 30))
 LIGHT = spot((-60, 130, 190), (30, 10, 20), 35)
+SUN = spot((0, 3000, 4000), (0, 0, 0), 35)
+UNFITTED = Settings(shadow_fit=False)
 
 
 def test_a_floor_is_seen_where_the_closed_form_says() -> None:
@@ -115,10 +122,51 @@ def test_rays_agree_with_mitsubas_in_a_level() -> None:
         compare(scene, scene.camera(), light, unlike=1e-3)
 
 
-def test_the_fitted_frustum_is_within_the_cones() -> None:
-    small = looking((0, -100, 60), (0, 0, 0), 30)
+def test_without_fitting_the_map_covers_the_cone_and_its_margin() -> None:
     scene = make_scene([floor(), *box((-5, -5, 0), (5, 5, 20))], LIGHT)
-    whole, tight = fitted(scene, small, SIZE, LIGHT, Settings())
-    assert np.ptp(tight.window[:2]) < np.ptp(whole.window[:2])
-    unfitted = fitted(scene, small, SIZE, LIGHT, Settings(shadow_fit=False))[1]
-    assert unfitted.covers_the_same(whole)
+    found = fitted(scene, VIEW, SIZE, LIGHT, UNFITTED)
+    assert found.near is None
+    assert found.wide.covers_the_same(found.cone)
+    rim = math.tan(LIGHT.half_angle) * (1 + 2 * MARGIN / UNFITTED.shadow_map_size)
+    np.testing.assert_allclose(found.wide.window, (-rim, rim, -rim, rim))
+    np.testing.assert_allclose(found.wide.texels, 2 * rim / UNFITTED.shadow_map_size)
+
+
+@pytest.mark.gl
+def test_the_fitted_tiles_are_the_frames_and_within_the_cone(renderer: Renderer) -> None:
+    small = looking((0, -100, 60), (0, 0, 0), 30)
+    far = looking((0, -100, 60), (0, 200, 50), 90)  # the floor from here to far away
+    scene = make_scene([floor(), *box((-5, -5, 0), (5, 5, 20))], SUN)
+    for view, settings in ((small, Settings()), (far, Settings()), (far, UNFITTED)):
+        found = fitted(scene, view, SIZE, SUN, settings)
+        renderer.render(scene, view, [View.SHADOW], settings=settings)
+        own = [tile for tile in (found.wide, found.near) if tile is not None]
+        drawn = [tile.frustum for tile in renderer.pipeline.shadow.tiles_of(0)]
+        assert len(drawn) == len(own) == (2 if settings.shadow_fit else 1)
+        for ours, theirs in zip(own, drawn, strict=True):
+            assert ours.covers_the_same(theirs)
+            np.testing.assert_array_equal(ours.texels, theirs.texels)
+        sides = [np.ptp(np.reshape(tile.window, (2, 2)), axis=1) for tile in (found.cone, *own)]
+        if view is small:
+            assert (sides[1] < sides[0] / 2).all()
+        if settings.shadow_fit:
+            assert (sides[2] < sides[1] / 2).any()
+            assert (sides[2] <= sides[1]).all()
+
+
+def test_texels_are_the_near_tiles_where_it_is_looked_at() -> None:
+    view = looking((0, -100, 60), (0, 200, 50), 90)
+    scene = make_scene([floor()], SUN)
+    found = fitted(scene, view, SIZE, SUN, Settings())
+    assert found.near is not None
+    left, right, bottom, top = found.near.window
+    middle, half = np.array([left + right, bottom + top]) / 2, (right - left) / 2
+    edge = MARGIN / tile_size(Settings()) * 2
+    shares = np.array([0, 1 - edge - 1e-3, 1 - edge + 1e-3, 1.1, -1.1])
+    tangents = np.column_stack([middle[0] + half * shares, np.full(5, middle[1])])
+    inverse = np.linalg.inv(view_from_world(SUN))
+    for distance in (50.0, 3000.0):
+        in_view = np.column_stack([tangents * distance, np.full(5, -distance), np.ones(5)])
+        texels = found.texels((in_view @ inverse.T)[:, :3])
+        near, wide = found.near.texel, found.wide.texel
+        np.testing.assert_array_equal(texels, [near, near, wide, wide, wide])

@@ -6,7 +6,9 @@ import numpy as np
 from driver import Condition, Finger
 from gl_calls import live_objects
 from imgui_bundle import imgui
+from numpy.typing import NDArray
 
+from followspot.passes.shadow_tiles import Tile
 from followspot.passes.view import View
 from followspot.present.pixel import PixelReport, inspect_pixel
 from followspot.present.viewer.asking import Found
@@ -36,6 +38,12 @@ def mapping(finger: Finger) -> None:
     context.mouse_move("//Shadow map/map")
     finger.wait(lambda _: found(finger).texel is not None)
     assert read_as_in_the_map(finger, number=0)
+    point_at_the_near_tile(finger)
+    assert read_as_in_the_map(finger, number=0)
+    texel = found(finger).texel
+    assert texel is not None
+    assert texel.is_near
+    context.mouse_move("//Shadow map/map")
     for _ in range(3):
         context.mouse_wheel_y(4)
     finger.wait(lambda state: state.map_view[2] > 5)
@@ -86,19 +94,53 @@ def mapping(finger: Finger) -> None:
     assert finger.in_frame(lambda: key.read() != own.read())
 
 
+def point_at_the_near_tile(finger: Finger) -> None:
+    """With the mouse, to the middle of where the key light's map shows it."""
+    shadow, context = finger.viewer.renderer.pipeline.shadow, finger.context
+    scale, shift = shadow.tiles_of(0)[0].finer_from_here
+    x, y = (0.5 - shift) / scale
+    shown = context.item_info("//Shadow map/map").rect_full
+    corner, width, height = shown.min, shown.get_width(), shown.get_height()
+    context.mouse_move_to_pos((corner.x + x * width, corner.y + (1 - y) * height))
+    context.yield_(3)
+
+
 def read_as_in_the_map(finger: Finger, number: int) -> bool:
     """Whether the texel under the mouse is the one in the whole map, in the world where it says."""
     texel = found(finger).texel
     assert texel is not None
-    shadow, size = finger.viewer.renderer.pipeline.shadow, finger.state.settings.shadow_map_size
-    whole = finger.in_frame(lambda: shadow.read_distance(number, size))
+    shadow = finger.viewer.renderer.pipeline.shadow
+    whole = finger.in_frame(lambda: shadow.read_distance(number))
+    assert whole.shape == (shadow.size, shadow.size)
     assert whole[texel.place[::-1]] == np.float32(texel.distance)
     light = finger.state.frame(finger.state.look).shadowed[number]
     place = texel.position - light.position
     assert np.isclose(place @ light.direction, texel.distance, rtol=1e-3)
-    x, y, w = (shadow.tiles[number].clip_from_world @ [*texel.position, 1])[[0, 1, 3]]
-    shown = (x / w + 1) / 2 * size - 0.5, (1 - y / w) / 2 * size - 0.5
-    return bool(np.allclose(shown, texel.place, atol=1e-2))
+    wide, *near = shadow.tiles_of(number)
+    shown = texels_of(texel.position, wide, shadow.size)
+    if not near:
+        assert not texel.is_near
+        assert found(finger).finer is None
+        return bool(np.allclose(shown, texel.place, atol=1e-2))
+    # In the near tile it is in the middle of the texel that holds the wide one's middle.
+    scale, shift = wide.finer_from_here
+    place = (np.array(texel.place) + 0.5) / shadow.size
+    there = np.array([place[0], 1 - place[1]]) * scale + shift
+    assert texel.is_near == bool(((there >= 0) & (there < 1)).all())
+    finer = found(finger).finer
+    assert finer is not None
+    assert np.isclose(finer**2, scale.prod())
+    if not texel.is_near:
+        return bool(np.allclose(shown, texel.place, atol=1e-2))
+    exact = texels_of(texel.position, near[0], shadow.size)
+    assert np.allclose(exact, np.round(exact), atol=1e-2)
+    return bool((np.abs(shown - texel.place) < 0.5 / scale + 1e-2).all())
+
+
+def texels_of(position: NDArray[np.float64], tile: Tile, size: int) -> NDArray[np.float64]:
+    """(2,) column and row that a place has in a tile; whole numbers in texels' middles."""
+    x, y, w = (tile.frustum.clip_from_world @ [*position, 1])[[0, 1, 3]]
+    return np.array([x / w + 1, 1 - y / w]) / 2 * size - 0.5
 
 
 def asking(finger: Finger) -> None:

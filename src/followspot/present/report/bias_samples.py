@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from followspot.passes.shadow_fit import ShadowFrustum
 from followspot.present.comparison import SAME_SURFACE
 from followspot.present.cut_outs import Mask, Numbers
-from followspot.present.report.visibility import CLEARANCE, Places, Rays
+from followspot.present.report.visibility import CLEARANCE, Fitted, Places, Rays
 from followspot.present.shadow_edges import EDGE_TEXELS, near_edge
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import Settings
@@ -36,7 +35,7 @@ class Samples:
             front culling keeps; infinite beyond REACH.
         gap: Units along the ray from the first such surface that the light meets, that of a map
             without front faces; infinite where there is none.
-        texel: Units that a texel of the shadow map is wide there.
+        texel: Units that a texel is wide there, of the tile that the place is looked up in.
     """
 
     places: Places
@@ -70,9 +69,9 @@ def facing(seen: Places, light: SpotLight, depth: Numbers) -> tuple[Places, floa
 
 
 def take(
-    rays: Rays, places: Places, light: SpotLight, tile: ShadowFrustum, settings: Settings
+    rays: Rays, places: Places, light: SpotLight, tiles: Fitted, settings: Settings
 ) -> Samples:
-    """What rays tell of places that face a light, whose map a frustum and settings describe."""
+    """What rays tell of places that face a light, whose map its tiles and settings describe."""
     count, reach = len(places), np.linalg.norm(places.position - light.position, axis=1)
     way = (places.position - light.position) / reach[:, np.newaxis]  # from the light
     above = places.position + places.face_normal * CLEARANCE
@@ -95,7 +94,8 @@ def take(
     thickness[places.two_sided] = 0.0  # they are in the map themselves
     gap[exits + sheets == 0] = np.inf
     lit = entries + exits + sheets == 0
-    texel = tile.texel * ((places.position - light.position) @ light.direction)
+    along = (places.position - light.position) @ light.direction
+    texel = tiles.texels(places.position) * along
     radius = (EDGE_TEXELS + (settings.shadow_taps - 1) / 2) * texel
 
     def reached(points: Numbers, normals: Numbers) -> Mask:

@@ -131,7 +131,7 @@ def study(
     rays = Rays(scene)
     edge = math.sqrt(PIXELS / (shape[0] * shape[1]))
     size = max(1, round(shape[0] * edge)), max(1, round(shape[1] * edge))
-    _, tile = fitted(scene, camera, size, light, settings)
+    tiles = fitted(scene, camera, size, light, settings)
     seen = rays.seen_by(camera, size, camera.far_for(*scene.bounds))
     with Renderer(size) as renderer:
         depth = _drawn(renderer, scene, camera, View.DEPTH, settings)[seen.pixel]
@@ -140,7 +140,7 @@ def study(
         if len(places) == 0:
             return None
         on_progress(0.2, "tracing what the light sees")
-        samples = bias_samples.take(rays, places, light, tile, settings)
+        samples = bias_samples.take(rays, places, light, tiles, settings)
 
         def look(culling: CullFace, bias: float, offset: float, slope: float) -> Mask:
             changed = msgspec.structs.replace(

@@ -108,7 +108,8 @@ def section(material: Material) -> Section:
         per_vertex=round(len(done.pixel) * full / (3 * len(seen_triangles)), 1),
         behind=int((distance <= 0).any(axis=1).sum()),
         spread=_spread(distance),
-        offset=material.scene.settings.shadow_normal_offset,
+        offset=done.map.offset,
+        lift=done.map.offset * done.map.texel * float(done.ways.exact[:, 2].max()),
         found=found,
         steps=found["float32"].largest / (done.map.size * 2.0**-24),
         third=edge_error(1.0, 4.0),
@@ -179,16 +180,18 @@ def _light(
 
 
 def _map(scene: Scene, light: SpotLight) -> Map:
-    """The map of a light's whole cone, with the scene's settings."""
+    """A single map of a light's whole cone, as large as the scene's settings have it."""
     faces, settings = scene.mesh.faces, scene.settings
     everything = shadow_fit.outlines(light, Boxes(faces["mins"], faces["maxs"]))
     frustum = shadow_fit.fit(light, everything, None, settings.shadow_map_size)
     return Map(
         spaces.SHADOW_FROM_CLIP @ frustum.clip_from_world,
+        shadow_fit.view_from_world(light),
         settings.shadow_map_size,
         frustum.near,
         frustum.far,
-        frustum.texel * settings.shadow_normal_offset,
+        frustum.texel,
+        settings.shadow_normal_offset,
     )
 
 

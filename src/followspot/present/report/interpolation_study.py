@@ -133,8 +133,8 @@ class Ways:
         by_pixel: The corners interpolated, the matrix applied, divided; float32.
         divided_early: Divided at the corners and interpolated after that; float64.
         screen_linear: Interpolated linearly on the screen, then divided; float64.
-        offset_by_vertex: As the shader moves points along their normals: `by_vertex`, float64.
-        offset_by_pixel: The same with normal and distance interpolated first; float64.
+        offset_by_vertex: As the shader moves points off their surfaces: `by_vertex`, float64.
+        offset_by_pixel: The same with point and normal interpolated first; float64.
     """
 
     exact: Numbers
@@ -152,17 +152,36 @@ class Map:
 
     Attributes:
         shadow_from_world: World to [0, 1]^3 and w.
+        light_from_world: World to the light's view space.
         size: Texels along an edge.
         near: Distance of the near plane along the axis, in units.
         far: Distance of the far plane.
-        offset: Units per unit of distance that receivers are moved along their normals.
+        texel: Edge of a texel in the plane at distance 1 from the light.
+        offset: Texels that receivers are moved off their surfaces.
     """
 
     shadow_from_world: Mat4
+    light_from_world: Mat4
     size: int
     near: float
     far: float
+    texel: float
     offset: float = 0.0
+
+    def moved(self, points: Numbers, normals: Numbers) -> Numbers:
+        """(..., 4) homogeneous coordinates of (..., 3) points moved off their surfaces.
+
+        As surface.vert moves one-sided ones: across the map as unit normals (..., 3) point, and
+        towards the light as far as they face it.
+        """
+        matrix, axes = self.shadow_from_world, self.light_from_world[:3, :3]
+        s = points @ matrix[:, :3].T + matrix[:, 3]
+        ray = -self.light_from_world[:3, 3] @ axes - points
+        cosine = (normals * ray).sum(axis=-1) / np.linalg.norm(ray, axis=-1)
+        s[..., :2] += normals @ axes[:2].T * (self.offset / self.size) * s[..., 3:]
+        over_distance = self.near * self.far / (self.far - self.near)
+        s[..., 2] -= over_distance * self.texel * self.offset * np.maximum(cosine, 0)
+        return np.asarray(s)
 
     def measured(self, homogeneous: Numbers) -> Numbers:
         """(n, 3) texels, texels and units of what is (n, 4) before the division."""
@@ -203,20 +222,16 @@ def compare(corners: Numbers, normals: Numbers, weights: Numbers, w: Numbers, ma
     with np.errstate(divide="ignore", invalid="ignore"):
         early = _mix(weights, at_corners[..., :3] / at_corners[..., 3:])
 
-    moved = np.zeros_like(points)
-    moved[..., :3] = normals * (map_.offset * at_corners[..., 3:])
-    by_corner = _mix(weights, at_corners + moved @ matrix.T)
     normal = _mix(weights, normals)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    away = np.column_stack([normal * (map_.offset * exact[:, 3:]), np.zeros(len(normal))])
     return Ways(
         exact=map_.measured(exact),
         by_vertex=map_.measured(by_vertex),
         by_pixel=map_.measured(by_pixel),
         divided_early=map_.in_units(early),
         screen_linear=map_.measured(_mix(on_screen, at_corners)),
-        offset_by_vertex=map_.measured(by_corner),
-        offset_by_pixel=map_.measured(exact + away @ matrix.T),
+        offset_by_vertex=map_.measured(_mix(weights, map_.moved(corners, normals))),
+        offset_by_pixel=map_.measured(map_.moved(interpolated[:, :3], normal)),
     )
 
 

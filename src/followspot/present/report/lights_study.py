@@ -48,7 +48,7 @@ class LightsStudy:
             processors' time where they rasterise, else of time.
         frame_ms: The times behind that, by number of lights.
         map_ms: What drawing a map of the scene's own lights anew adds to that; none without one.
-        window: Share of its cone's square that the key light's fitted map covers; none without one.
+        window: Share of its cone's square that the key light's wide tile covers; none without one.
         pixels: Of the picture.
     """
 
@@ -171,12 +171,12 @@ def _mean_count(mask: Mask) -> float:
 
 
 def _window(scene: Scene, camera: Camera, size: tuple[int, int]) -> float | None:
-    """Share of the key light's cone, as a square, that its fitted map covers; none without one."""
+    """Share of the key light's cone, as a square, that its wide tile covers; none without one."""
     shadowed = lighting.shadowed(lighting.in_order(scene.lights), scene.settings)
     if not shadowed:
         return None
-    whole, tight = fitted(scene, camera, size, shadowed[0], scene.settings)
-    edges = np.array([whole.window, tight.window]).reshape(2, 2, 2)  # axis; low, high
+    found = fitted(scene, camera, size, shadowed[0], scene.settings)
+    edges = np.array([found.cone.window, found.wide.window]).reshape(2, 2, 2)  # axis; low, high
     areas = np.ptp(edges, axis=2).prod(axis=1)
     return float(areas[1] / areas[0])
 

@@ -40,6 +40,7 @@ def stages(material: Material) -> Section:
         for number, name in enumerate(names):
             material.on_progress(number / (len(names) + 1), name)
             drawn[name] = figures.draw(renderer, material.scene, material.camera, _STAGES[name])
+    map_size = len(drawn["shadow-map"]) if has_map else 0
     if has_map:
         drawn["shadow-map"] = at_most(MAP_SIZE, drawn["shadow-map"])
     material.on_progress(len(names) / (len(names) + 1), "measuring")
@@ -48,6 +49,7 @@ def stages(material: Material) -> Section:
         "stages.html",
         numbers=numbers,
         has_map=has_map,
+        map_size=map_size,
         settings=material.scene.settings,
         picture=partial(_picture, drawn),
     )

@@ -13,7 +13,7 @@ import numpy as np
 from followspot.assets.shader_values import Sides
 from followspot.passes import shadow_fit
 from followspot.passes.shadow_fit import Boxes, ShadowFrustum
-from followspot.passes.shadow_tiles import tile_size
+from followspot.passes.shadow_tiles import near_reach, tile_size
 from followspot.passes.visible import VisibleFaces
 from followspot.present.cut_outs import CutOuts, Mask, Numbers
 from followspot.scene.camera import Camera
@@ -145,10 +145,37 @@ class Rays:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """What a light's tiles cover.
+
+    Attributes:
+        cone: What the wide one would, were it not fitted: the whole cone.
+        wide: What it does cover.
+        near: What the near one covers, if there is one.
+        reach: Share of the near one's edge from its middle up to which it is looked at.
+    """
+
+    cone: ShadowFrustum
+    wide: ShadowFrustum
+    near: ShadowFrustum | None
+    reach: float
+
+    def texels(self, places: Numbers) -> Numbers:
+        """(n,) edges, longer ones, of a texel at distance 1, in the tiles for (n, 3) places."""
+        texels = np.full(len(places), self.wide.texel)
+        if self.near is not None:
+            matrix = self.near.clip_from_world[[0, 1, 3]]
+            x_y_w = places @ matrix[:, :3].T + matrix[:, 3]
+            reach = 2 * self.reach * x_y_w[:, 2:]
+            texels[(np.abs(x_y_w[:, :2]) < reach).all(axis=1)] = self.near.texel
+        return texels
+
+
 def fitted(
     scene: Scene, camera: Camera, size: tuple[int, int], light: SpotLight, settings: Settings
-) -> tuple[ShadowFrustum, ShadowFrustum]:
-    """What a light's shadow map would cover: its whole cone, and what the frame makes of it."""
+) -> Fitted:
+    """What the frame makes of a light's shadow map."""
     aspect, far = size[0] / size[1], camera.far_for(*scene.bounds)
     clip_from_world = camera.clip_from_view(aspect, far) @ camera.view_from_world
     visible = VisibleFaces(scene)
@@ -157,8 +184,11 @@ def fitted(
     everything = shadow_fit.outlines(light, Boxes(faces["mins"], faces["maxs"]))
     receivers = visible.receivers if settings.shadow_fit else None
     texels = tile_size(settings)
-    whole, tight = (shadow_fit.fit(light, everything, boxes, texels) for boxes in (None, receivers))
-    return whole, tight
+    cone, wide = (shadow_fit.fit(light, everything, boxes, texels) for boxes in (None, receivers))
+    near = None
+    if receivers is not None:
+        near = shadow_fit.fit_near(light, wide, receivers, texels)
+    return Fitted(cone, wide, near, near_reach(settings))
 
 
 def ways(camera: Camera, size: tuple[int, int]) -> Numbers:

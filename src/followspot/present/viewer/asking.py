@@ -45,12 +45,14 @@ class Texel:
 
     Attributes:
         place: Column and row, from the top left.
+        is_near: Whether the light's near tile says what is there.
         depth: In [0, 1]; 1 is nothing.
         distance: Units along the light's axis.
         position: (3,) world units of what is there.
     """
 
     place: tuple[int, int]
+    is_near: bool
     depth: float
     distance: float
     position: NDArray[np.float64]
@@ -64,6 +66,8 @@ class Found:
         key_map: The key light's shadow map, as greys, while a stage shows it.
         shadow_map: The one that was asked for.
         map_age: Frames since shadow maps were drawn; 0 is this frame.
+        finer: How much smaller texels are in the near tile of the one that was asked for, in the
+            mean of both axes; none if it has no such tile.
         texel: Of the one that was asked for.
         pixel: How it came about.
         pixel_is_old: Whether the picture has changed since.
@@ -75,6 +79,7 @@ class Found:
     key_map: moderngl.Texture | None
     shadow_map: moderngl.Texture | None
     map_age: int
+    finer: float | None
     texel: Texel | None
     pixel: PixelReport | None
     pixel_is_old: bool

@@ -80,6 +80,7 @@ class Inspector:
             if asked.shadow_map is None or not has_maps
             else renderer.shadow_map_texture(asked.shadow_map),
             map_age=self._map_age,
+            finer=_finer(renderer, asked) if has_maps else None,
             texel=_texel(renderer, asked) if has_maps else None,
             pixel=self._pixel,
             pixel_is_old=is_old,
@@ -114,6 +115,17 @@ def _subject(state: State, look: Look) -> tuple[object, ...]:
     return *lit, look, state.camera, state.culled_from, state.exposure, time
 
 
+def _finer(renderer: Renderer, asked: Asked) -> float | None:
+    """How much smaller texels are in the near tile, if there is one."""
+    if asked.shadow_map is None:
+        return None
+    tiles = renderer.pipeline.shadow.tiles_of(asked.shadow_map)
+    if len(tiles) < 2:
+        return None
+    wide, near = (tile.frustum.texels.prod() for tile in tiles)
+    return float(np.sqrt(wide / near))
+
+
 def _texel(renderer: Renderer, asked: Asked) -> Texel | None:
     """What a texel holds, which waits for the GPU."""
     shadow, number = renderer.pipeline.shadow, asked.shadow_map
@@ -124,13 +136,14 @@ def _texel(renderer: Renderer, asked: Asked) -> Texel | None:
         return None
     middle = np.array([(x + 0.5) / size, 1 - (y + 0.5) / size])
     if finer:  # where it holds the texel's middle, the picture shows that one
-        scale, shift = tile.finer_from_here()
+        scale, shift = tile.finer_from_here
         near = middle * scale + shift
         if (near >= 0).all() and (near < 1).all():
             middle, tile = near, finer[0]
     column, row = int(middle[0] * size), size - 1 - int(middle[1] * size)
     depth = float(shadow.read_depths(tile, (column, row, 1, 1))[0, 0])
     frustum = tile.frustum
-    ndc = np.array([*middle, depth, 1.0]) * 2 - 1
+    ndc = np.array([(column + 0.5) / size, 1 - (row + 0.5) / size, depth, 1.0]) * 2 - 1
     world = np.linalg.solve(frustum.clip_from_world, ndc)
-    return Texel((x, y), depth, float(frustum.distances(np.array(depth))), world[:3] / world[3])
+    distance = float(frustum.distances(np.array(depth)))
+    return Texel((x, y), tile.is_near, depth, distance, world[:3] / world[3])

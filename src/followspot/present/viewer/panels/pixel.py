@@ -94,7 +94,9 @@ def _shadow(lookup: ShadowLookup) -> None:
     if not lookup.is_lit:
         _row("  not compared", "turned away, or outside the cone")
         return
-    _row("  texel", f"{lookup.texel[0]}, {lookup.texel[1]}")
+    tile = "near" if lookup.is_near else "wide"
+    _row("  texel", f"{tile} {lookup.texel[0]}, {lookup.texel[1]}")
+    imgui.set_item_tooltip("Column and row in that of the light's tiles which is looked up")
     _row("  stored", _depth(lookup.stored, lookup.stored_distance))
     _row("  compared", _depth(float(lookup.divided[2]), lookup.compared_distance))
     _row("  arrives", f"{lookup.arrives:.3f}")

@@ -18,8 +18,8 @@ _ZOOM = 1.25
 """Of a notch of the wheel."""
 _LEAST = 120.0
 """Edge of the picture in a panel that is too low for all."""
-_ROWS = 5
-"""Of widgets below the picture."""
+_LINES, _ROWS = 3, 5
+"""Of text and of widgets below the picture."""
 
 
 def show(state: State, seen: Seen) -> State:
@@ -36,7 +36,7 @@ def show(state: State, seen: Seen) -> State:
     imgui.same_line()
     age = seen.found.map_age
     imgui.text(f"kept for {age} frames" if age else "drawn in this frame")
-    low = 3 * imgui.get_text_line_height_with_spacing()
+    low = _LINES * imgui.get_text_line_height_with_spacing()
     low += _ROWS * imgui.get_frame_height_with_spacing()
     room = imgui.get_content_region_avail()
     edge = min(room.x, max(room.y - low, _LEAST))
@@ -44,6 +44,7 @@ def show(state: State, seen: Seen) -> State:
         imgui.dummy((edge, edge))
     else:
         state = _picture(state, seen.found.shadow_map, edge)
+        _tiles(seen.found.shadow_map.width, seen.found.finer)
     _texel(seen)
     return _settings(state)
 
@@ -84,6 +85,19 @@ def _picture(state: State, texture: moderngl.Texture, edge: float) -> State:
     return replace(state, map_view=(x, y, zoom))
 
 
+def _tiles(size: int, finer: float | None) -> None:
+    """A line on what the light's map consists of."""
+    if finer is None:
+        imgui.text(f"one tile of {size}")
+        imgui.set_item_tooltip("Texels along an edge")
+        return
+    imgui.text(f"tiles of {size}, near {finer:.1f} x finer")
+    imgui.set_item_tooltip(
+        "Texels along an edge. The wide tile holds all that the camera sees, the near one what is\n"
+        "near to it; the picture shows the wide one, with the near one's depths in its place."
+    )
+
+
 def _texel(seen: Seen) -> None:
     """Two lines on the texel under the mouse."""
     texel = seen.found.texel
@@ -92,12 +106,13 @@ def _texel(seen: Seen) -> None:
         imgui.text_disabled("The wheel zooms, dragging moves.")
         return
     column, row = texel.place
+    near = " (near)" if texel.is_near else ""
     if texel.depth == 1:
-        imgui.text(f"{column}, {row}: depth 1")
+        imgui.text(f"{column}, {row}{near}: depth 1")
         imgui.text("nothing is there")
         return
     x, y, z = texel.position
-    imgui.text(f"{column}, {row}: depth {texel.depth:.6f}")
+    imgui.text(f"{column}, {row}{near}: depth {texel.depth:.6f}")
     imgui.text(f"{texel.distance:.1f} units, at {x:.0f}, {y:.0f}, {z:.0f}")
 
 
@@ -107,6 +122,7 @@ def _settings(state: State) -> State:
     sizes = sorted({*SIZES, now.shadow_map_size})
     names = [str(size) for size in sizes]
     changed, index = imgui.combo("texels", sizes.index(now.shadow_map_size), names)
+    imgui.set_item_tooltip("Along an edge; a light's tiles together have those of such a map")
     if changed:
         state = state.with_settings(shadow_map_size=sizes[index])
     imgui.same_line(across / 2)
@@ -121,7 +137,7 @@ def _settings(state: State) -> State:
         state = state.with_settings(shadow_taps=taps)
     imgui.same_line(across / 2)
     changed, fits = imgui.checkbox("fit", now.shadow_fit)
-    imgui.set_item_tooltip("Spend the map on what the camera sees")
+    imgui.set_item_tooltip("Two tiles: all that the camera sees, and what is near to it")
     if changed:
         state = state.with_settings(shadow_fit=fits)
     imgui.pop_item_width()
