@@ -227,6 +227,8 @@ def test_no_frame_makes_no_film(tmp_path: Path) -> None:
 
 def test_a_folder_of_pictures(tmp_path: Path) -> None:
     pictures = list(noise(3))
+    with pytest.raises(UsageError, match=r"expected a name that ends in \.mp4"):
+        film.parse_output(f"{tmp_path}/.mp4", FilmWish())
     to = film.parse_output(f"{tmp_path}/deep/frames/", FilmWish())
     for _ in range(2):  # the second time, in place of the first
         assert film.write(to, iter(pictures), film_of(), None, Interrupt()).frames == 3

@@ -234,3 +234,9 @@ def test_windows_line_ends_are_fine(tmp_path: Path) -> None:
     path = tmp_path / "dos.toml"
     path.write_bytes(WHOLE.replace("\n", "\r\n").encode())
     assert scene_file.read(path).level == "oa_dm5"
+
+
+def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(b"\xef\xbb\xbflevel = 'oa_dm1'\n")
+    assert scene_file.read(path) == scene_file.parse("level = 'oa_dm1'", str(path))

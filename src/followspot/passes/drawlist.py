@@ -74,70 +74,92 @@ def height_above(faces: NDArray[np.void], point: Vec3) -> NDArray[np.float64]:
     return np.asarray(faces["normal"] @ point - faces["distance"])
 
 
-def casters(
-    mesh: Mesh,
-    chosen: Mask,
-    key: NDArray[np.int32],
-    clip_from_world: Mat4,
-    keep_side: NDArray[np.float32],
-    eye: Vec3,
-    size: int,
-) -> DrawList:
-    """The triangles of chosen faces that can leave a mark in a map, one batch a key.
+@dataclass(frozen=True, eq=False)
+class Projected:
+    """All triangles of a mesh as a light sees them: worth keeping as long as the light.
 
-    This looks at every triangle, in bulk. It pays because a map's casters stay the same for many
-    frames: what is left out here is never set up by GL again.
+    Attributes:
+        indices: (t, 3) of vertices, in the order of the mesh's faces.
+        face: (t,) number of the face.
+        low: (t, 2) least normalised device coordinates; minus infinity where one reaches behind
+            the light.
+        high: (t, 2) largest ones, likewise.
+        facing: (t,) positive where the front faces the light, negative where the back does.
+    """
+
+    indices: NDArray[np.uint32]
+    face: NDArray[np.intp]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+    facing: NDArray[np.float32]
+
+
+def projected(mesh: Mesh, clip_from_world: Mat4, eye: Vec3) -> Projected:
+    """Project all of a mesh.
 
     Args:
-        mesh: Faces sorted by material.
-        chosen: (faces,) which to look at.
-        key: (materials,) material to draw each material as; ascending, so that those which need
-            not be told apart are neighbours.
-        clip_from_world: Of the map; triangles wholly outside of its sides are left out, and those
-            that are so small or thin that they pass between the middles of its texels.
-        keep_side: (materials,) 1 keeps triangles whose front faces the eye, -1 those whose back
-            does, 0 both.
-        eye: (3,) world position of the light in units.
-        size: Texels along an edge of the map.
+        mesh: Its faces are sorted by material.
+        clip_from_world: The light's.
+        eye: (3,) its world position in units.
     """
-    faces = mesh.faces[chosen]
-    if not len(faces):
-        return NOTHING
-    indices = mesh.indices[run_members(faces["first_index"], faces["index_count"])].reshape(-1, 3)
-    material = np.repeat(faces["material"], faces["index_count"] // 3)
+    faces = mesh.faces
+    runs = run_members(faces["first_index"], faces["index_count"])
+    indices = mesh.indices[runs].reshape(-1, 3)
     positions = mesh.vertices["position"]
     corners = positions[indices].astype(np.float64) - eye
     # Six times the volume of triangle and eye: positive where the (clockwise) front faces it.
     facing = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
     x, y, w = (positions @ clip_from_world[[0, 1, 3], :3].T + clip_from_world[[0, 1, 3], 3]).T
-    beyond = np.stack([x > w, x < -w, y > w, y < -w])[:, indices].all(axis=2).any(axis=0)
-    kept = np.flatnonzero(~beyond & (facing * keep_side[material] >= 0))
-    for along in (x, y):
-        kept = kept[_reaches_a_texel(along, w, indices[kept], size)]
-    indices, material = indices[kept], key[material[kept]]
-    starts = np.flatnonzero(np.diff(material, prepend=-1))
-    counts = np.diff(starts, append=len(material))
-    batches = zip(
-        material[starts].tolist(), (3 * starts).tolist(), (3 * counts).tolist(), strict=True
+    divided = (np.stack([x, y], axis=1) / np.where(w > 0, w, np.inf)[:, np.newaxis])[indices]
+    behind = (w[indices].min(axis=1) <= 0)[:, np.newaxis]
+    return Projected(
+        indices,
+        np.repeat(np.arange(len(faces)), faces["index_count"] // 3),
+        np.where(behind, -np.inf, divided.min(axis=1)).astype(np.float32),
+        np.where(behind, np.inf, divided.max(axis=1)).astype(np.float32),
+        np.sign(facing).astype(np.float32),
     )
-    return DrawList(indices.ravel(), tuple(Batch(*batch) for batch in batches))
 
 
-def _reaches_a_texel(
-    along: NDArray[np.float64], w: NDArray[np.float64], indices: NDArray[np.uint32], size: int
-) -> Mask:
-    """(t,) whether the middle of any row of texels may lie within a triangle's extent.
+def casters(
+    mesh: Mesh,
+    seen: Projected,
+    chosen: Mask,
+    key: NDArray[np.int32],
+    keep_side: NDArray[np.float32],
+    size: int,
+    window: tuple[NDArray[np.float64], NDArray[np.float64]] = (np.ones(2), np.zeros(2)),
+) -> DrawList:
+    """The triangles of chosen faces that can leave a mark in a tile, one batch a key.
+
+    This looks at every triangle, in bulk. It pays because a tile's casters stay the same for many
+    frames: what is left out here is never set up by GL again.
 
     Args:
-        along: (vertices,) clip coordinate across the rows.
-        w: (vertices,) likewise; not above 0 behind the light, where there is no telling.
-        indices: (t, 3).
-        size: How many rows there are.
+        mesh: Faces sorted by material.
+        seen: The mesh as the light sees it.
+        chosen: (faces,) which to look at.
+        key: (materials,) material to draw each material as; ascending, so that those which need
+            not be told apart are neighbours.
+        keep_side: (materials,) 1 keeps triangles whose front faces the eye, -1 those whose back
+            does, 0 both.
+        size: Texels along an edge of the tile. Triangles that are so small or thin that they pass
+            between the middles of its texels are left out, as are those outside of its sides.
+        window: (2,) scale and (2,) shift from the coordinates of `seen` to the tile's.
     """
-    row = (along / np.where(w > 0, w, np.inf) * 0.5 + 0.5) * size - 0.5  # whole in the middles
-    ends = row[indices]
-    lowest = np.ceil(ends.min(axis=1) - _SNAPPED)
-    return np.asarray((lowest <= ends.max(axis=1) + _SNAPPED) | (w[indices].min(axis=1) <= 0))
+    material = mesh.faces["material"]
+    scale, shift = (part.astype(np.float32) for part in window)
+    kept = np.flatnonzero(chosen[seen.face] & (seen.facing * keep_side[material][seen.face] >= 0))
+    low, high = seen.low[kept] * scale + shift, seen.high[kept] * scale + shift
+    inside = ((low <= 1) & (high >= -1)).all(axis=1)
+    low, high = ((end * 0.5 + 0.5) * size - 0.5 for end in (low, high))  # whole in the middles
+    reaches = (np.ceil(low - _SNAPPED) <= high + _SNAPPED).all(axis=1)
+    kept = kept[inside & reaches]
+    keys = key[material[seen.face[kept]]]
+    starts = np.flatnonzero(np.diff(keys, prepend=-1))
+    counts = np.diff(starts, append=len(keys))
+    batches = zip(keys[starts].tolist(), (3 * starts).tolist(), (3 * counts).tolist(), strict=True)
+    return DrawList(seen.indices[kept].ravel(), tuple(Batch(*batch) for batch in batches))
 
 
 def front_to_back(mesh: Mesh, chosen: Mask, eye: Vec3, last: Mask) -> DrawList:

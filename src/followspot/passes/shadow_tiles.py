@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from followspot import spaces
 from followspot.passes import drawlist, shadow_fit
-from followspot.passes.drawlist import NOTHING, DrawList
+from followspot.passes.drawlist import NOTHING, DrawList, Projected
 from followspot.passes.shadow_fit import Boxes, Outlines, Receivers, ShadowFrustum
 from followspot.scene.light import SpotLight
 from followspot.scene.scene import Scene
@@ -111,6 +111,7 @@ class ShadowTiles:
         self._lights: tuple[SpotLight, ...] = ()
         self._fitted: tuple[object, object] = (None, None)
         self._outlines: dict[SpotLight, Outlines] = {}
+        self._projected: dict[SpotLight, Projected] = {}
         self._columns = 1
         self.tiles: tuple[Tile, ...] = ()
 
@@ -136,6 +137,11 @@ class ShadowTiles:
         before = {(self._lights[t.light], t.is_near): t for t in self.tiles} if alike else {}
         self._outlines = {
             light: self._outlines.get(light) or shadow_fit.outlines(light, self._everything)
+            for light in lights
+        }
+        self._projected = {
+            light: self._projected.get(light)
+            or drawlist.projected(self._mesh, _tangents_from_world(light), light.position)
             for light in lights
         }
         tiles: list[Tile] = []
@@ -174,13 +180,15 @@ class ShadowTiles:
         self, light: SpotLight, frustum: ShadowFrustum, settings: Settings
     ) -> DrawList:
         """All that may cast within a frustum, wherever the camera is."""
-        mesh, matrix = self._mesh, frustum.clip_from_world
-        planes = drawlist.frustum_planes(matrix)
-        inside = drawlist.boxes_in_frustum(planes, mesh.faces["mins"], mesh.faces["maxs"])
+        mesh, boxes = self._mesh, self._outlines[light]
+        inside = (boxes.within(frustum.window) & (boxes.near < frustum.far))[: len(mesh.faces)]
         chosen = inside & self._casts[mesh.faces["material"]]
-        cull, size = _SIDE[settings.shadow_cull], tile_size(settings)
-        side = np.where(self._one_sided, cull, 0).astype(np.float32)
-        return drawlist.casters(mesh, chosen, self._key, matrix, side, light.position, size)
+        side = np.where(self._one_sided, _SIDE[settings.shadow_cull], 0).astype(np.float32)
+        low, high = _edges(frustum)
+        window = 2 / (high - low), (low + high) / (low - high)
+        size = tile_size(settings)
+        seen = self._projected[light]
+        return drawlist.casters(mesh, seen, chosen, self._key, side, size, window)
 
     def atlas_from_world(self, tile: Tile) -> Mat4:
         """World to the atlas, whose corners are at 0 and 1, through a tile."""
@@ -222,6 +230,13 @@ class ShadowTiles:
                 shift = (shift - scale * before + after) / (self._columns, len(self._lights))
                 found[tile.light] = *scale, *shift
         return found
+
+
+def _tangents_from_world(light: SpotLight) -> Mat4:
+    """World to clip coordinates whose first two, after the division, are tangents."""
+    clip_from_light = np.diag([1.0, 1.0, 1.0, 0.0])
+    clip_from_light[3, 2] = -1.0
+    return clip_from_light @ shadow_fit.view_from_world(light)
 
 
 def _edges(frustum: ShadowFrustum) -> NDArray[np.float64]:

@@ -157,7 +157,9 @@ def parse_output(text: str, wish: FilmWish) -> Output:
     """
     path = Path(text)
     is_folder = text.endswith(("/", os.sep)) or not path.suffix
-    if not is_folder and path.suffix.lower() not in video.CODECS:
+    if path.name.lower() in video.CODECS or (
+        not is_folder and path.suffix.lower() not in video.CODECS
+    ):
         known = ", ".join(video.CODECS)
         raise UsageError(f"{text}: expected a name that ends in {known}, or in / for a folder")
     if not is_folder and path.is_dir():

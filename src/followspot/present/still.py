@@ -50,6 +50,8 @@ def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[S
         raise UsageError(f"--time: expected at most {FARTHEST_TIME:g} s, found {wish.time:g}")
     lights = [arguments.parse_light(text) for text in wish.lights]
     if figure_file.is_model(name):
+        if wish.items:
+            raise UsageError(f"--items: expected a level or a scene, found {name}")
         scene = load_figure(name, wish.assets, wish.animation, on_step=on_step)
     elif wish.animation is not None:
         raise UsageError(f"--animation: expected a model or player, found {name}")

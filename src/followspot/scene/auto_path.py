@@ -11,7 +11,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot import spaces
 from followspot.errors import UsageError
 from followspot.scene.lattice import ROOM, Lattice
 from followspot.scene.level import Level
@@ -73,8 +72,7 @@ def _stops(scene: Scene, lattice: Lattice) -> tuple[list[int], int]:
     Raises:
         UsageError: there is not one.
     """
-    up = np.array([0, 0, spaces.EYE_HEIGHT])
-    eyes = [camera.position + up for camera in spawn_cameras(scene.level.bsp).values()]
+    eyes = [camera.position for camera in spawn_cameras(scene.level.bsp).values()]
     snapped = [lattice.nearest(eye, 160.0) for eye in eyes]
     stops = list(dict.fromkeys(cell for cell in snapped if cell is not None))
     clearance = lattice.clearance(4)

@@ -232,7 +232,7 @@ def read(path: Path) -> SceneFile:
         AssetError: names the file, the key, and what was expected there.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
     except OSError as error:
         reason = error.strerror or "nothing"
         raise AssetError(str(path), expected="a scene file", found=reason) from None

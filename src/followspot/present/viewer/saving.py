@@ -72,7 +72,7 @@ def _text(state: State, path: Path) -> str:
     name = state.scene.name
     if own_file(state) is not None:
         scene_file.read(path)  # which tells best what is wrong
-        return path.read_bytes().decode()
+        return path.read_bytes().decode("utf-8-sig")
     if name in builtin_scenes():
         return (BUILTIN / f"{name}.toml").read_text(encoding="utf-8")
     if figure_file.is_model(name):
