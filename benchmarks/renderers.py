@@ -52,7 +52,8 @@ def environment(name: str) -> Path:
 
 def export(view: View, folder: Path) -> None:
     """Write the scene for the other renderers (renderers/shared.py says what is in it)."""
-    scene, camera = ours.open_scene(view, redraw_shadows=True, exposure=1.0)
+    # One tile for the whole cone: the others have one map, which they fit to nothing.
+    scene, camera = ours.open_scene(view, redraw_shadows=True, exposure=1.0, shadow_fit=False)
     light = lighting.in_order(scene.lights)[0]
     with ours.Renderer(ours.SIZE) as renderer:
         gpu_scene = renderer.open(scene)

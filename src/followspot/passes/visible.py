@@ -16,7 +16,7 @@ SORT_CELL = 256.0
 """Units: opaque faces are sorted as seen from the middle of the cell that the eye is in, so that
 their order stays while the eye moves a little, and yet follows from where it is alone."""
 
-CELLS_ACROSS, CELLS_DEEP = 3, 6
+CELLS_ACROSS, CELLS_DEEP = 3, 8
 """Cells of the frustum across and in depth, in which receivers of shadows are boxed."""
 
 _SIDE = {Sides.FRONT: 1, Sides.BACK: -1, Sides.BOTH: 0}
