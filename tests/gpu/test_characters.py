@@ -213,8 +213,8 @@ def test_materials_of_characters(
     ball = of(material, *box((-24, -20, -16), (16, 24, 32)))
     scene = with_characters(room(archive=archive), at(figure([ball]), PLACE))
     level = room(*placed(ball, PLACE), archive=archive)
-    shown, expected = (draw(s, VIEW, stage, shadow_map_size=3072) for s in (scene, level))
-    nothing = draw(room(archive=archive), VIEW, stage, shadow_map_size=3072)
+    shown, expected = (draw(s, VIEW, stage, shadow_map_size=2896) for s in (scene, level))
+    nothing = draw(room(archive=archive), VIEW, stage, shadow_map_size=2896)
     if not (stage in (View.NORMALS, View.SHADOW) and material.blend):
         assert (np.abs(nothing - expected) > 0.01).mean() > 0.005
     off = 0.5 if stage is View.SHADOW else 0.02 * np.abs(expected).max()

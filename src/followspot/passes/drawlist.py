@@ -85,6 +85,8 @@ class Projected:
             the light.
         high: (t, 2) largest ones, likewise.
         facing: (t,) positive where the front faces the light, negative where the back does.
+        behind: (k,) numbers of those that reach behind the light.
+        corners: (k, 3, 3) theirs in clip coordinates x, y, w.
     """
 
     indices: NDArray[np.uint32]
@@ -92,6 +94,8 @@ class Projected:
     low: NDArray[np.float32]
     high: NDArray[np.float32]
     facing: NDArray[np.float32]
+    behind: NDArray[np.intp]
+    corners: NDArray[np.float64]
 
 
 def projected(mesh: Mesh, clip_from_world: Mat4, eye: Vec3) -> Projected:
@@ -109,15 +113,19 @@ def projected(mesh: Mesh, clip_from_world: Mat4, eye: Vec3) -> Projected:
     corners = positions[indices].astype(np.float64) - eye
     # Six times the volume of triangle and eye: positive where the (clockwise) front faces it.
     facing = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    x, y, w = (positions @ clip_from_world[[0, 1, 3], :3].T + clip_from_world[[0, 1, 3], 3]).T
-    divided = (np.stack([x, y], axis=1) / np.where(w > 0, w, np.inf)[:, np.newaxis])[indices]
-    behind = (w[indices].min(axis=1) <= 0)[:, np.newaxis]
+    clip = positions @ clip_from_world[[0, 1, 3], :3].T + clip_from_world[[0, 1, 3], 3]
+    w = clip[:, 2:]
+    divided = (clip[:, :2] / np.where(w > 0, w, np.inf))[indices]
+    behind = w[indices].min(axis=1) <= 0
+    numbers = np.flatnonzero(behind)
     return Projected(
         indices,
         np.repeat(np.arange(len(faces)), faces["index_count"] // 3),
         np.where(behind, -np.inf, divided.min(axis=1)).astype(np.float32),
         np.where(behind, np.inf, divided.max(axis=1)).astype(np.float32),
         np.sign(facing).astype(np.float32),
+        numbers,
+        clip[indices[numbers]],
     )
 
 
@@ -149,7 +157,12 @@ def casters(
     """
     material = mesh.faces["material"]
     scale, shift = (part.astype(np.float32) for part in window)
-    kept = np.flatnonzero(chosen[seen.face] & (seen.facing * keep_side[material][seen.face] >= 0))
+    wanted = chosen[seen.face] & (seen.facing * keep_side[material][seen.face] >= 0)
+    w = seen.corners[..., 2:]
+    x_y = seen.corners[..., :2] * scale + w * shift
+    beyond = np.all(x_y > w, axis=1) | np.all(x_y < -w, axis=1)
+    wanted[seen.behind[np.any(beyond, axis=1)]] = False
+    kept = np.flatnonzero(wanted)
     low, high = seen.low[kept] * scale + shift, seen.high[kept] * scale + shift
     inside = ((low <= 1) & (high >= -1)).all(axis=1)
     low, high = ((end * 0.5 + 0.5) * size - 0.5 for end in (low, high))  # whole in the middles

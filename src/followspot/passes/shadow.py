@@ -134,7 +134,7 @@ class ShadowPass:
             block: One of `blocks.FRAME`.
             settings: As for `fit`.
         """
-        wanted = self.tiles, settings.shadow_normal_offset
+        wanted = self.tiles, self.atlas.size, settings.shadow_normal_offset
         if wanted != self._placed:
             self._placed = wanted
             self._placing = [self._place(tile, settings) for tile in self.tiles if not tile.is_near]
