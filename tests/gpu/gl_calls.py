@@ -18,13 +18,26 @@ def gl_function(name: str, result: Any, *arguments: Any) -> Any:
     return ctypes.CFUNCTYPE(result, *arguments)(address)
 
 
-def live_objects(names: int = 4096) -> dict[str, int]:
-    """How many objects of each kind exist, among the first so many names."""
+def live_objects() -> dict[str, int]:
+    """How many objects of each kind exist in the context that is current."""
     found = {}
     for kind in _KINDS:
         exists = gl_function(f"glIs{kind}", ctypes.c_ubyte, ctypes.c_uint)
-        found[kind] = sum(bool(exists(name)) for name in range(1, names))
+        found[kind] = sum(map(bool, map(exists, range(1, max(4096, _new_name(kind))))))
     return found
+
+
+def _new_name(kind: str) -> int:
+    """A name that nothing has: above all others where the GL, as Mesa's, does not reuse names."""
+    if kind == "Program":
+        name: int = gl_function("glCreateProgram", ctypes.c_uint)()
+        gl_function("glDeleteProgram", None, ctypes.c_uint)(name)
+        return name
+    names = ctypes.c_uint()
+    for verb in ("Gen", "Delete"):
+        function = gl_function(f"gl{verb}{kind}s", None, ctypes.c_int, ctypes.c_void_p)
+        function(1, ctypes.byref(names))
+    return names.value
 
 
 class DebugLog:

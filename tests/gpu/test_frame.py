@@ -299,6 +299,18 @@ def test_a_closed_scene_leaves_no_gl_object_behind(renderer: Renderer, village: 
     assert all(after[kind] <= before[kind] for kind in before)
 
 
+def test_resizing_raises_no_gl_message(village: Scene) -> None:
+    """The framebuffer that is given back was the one drawn into last."""
+    with Renderer((64, 48)) as renderer, DebugLog() as log:
+        for size in ((64, 48), (48, 64), (64, 48)):
+            renderer.resize(size)
+            for linear in (False, True):
+                (picture,) = renderer.render(village, VIEWS[0], linear=linear).values()
+                assert picture.shape == (*size[::-1], 3)
+        assert log.messages() == []
+        assert renderer.open(village).context.error == "GL_NO_ERROR"
+
+
 def test_too_many_lights_are_refused(renderer: Renderer) -> None:
     lights = [point((0, 0, 50 + k)) for k in range(9)]
     with pytest.raises(UsageError, match="at most 8 lights"):

@@ -339,6 +339,7 @@ def test_gpu_sees_the_same_low_mip_levels_of_the_sky(renderer: Renderer) -> None
             # Each MIP level is rounded to 8-bit sRGB anew.
             np.testing.assert_allclose(seen, noise.towards_axes(level), atol=0.012)
     finally:
+        renderer.target().framebuffer.use()  # moderngl binds the one used last again
         target.color_attachments[0].release()
         for thing in (target, array, program):
             thing.release()

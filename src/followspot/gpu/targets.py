@@ -69,7 +69,9 @@ class Target:
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for thing in (self.framebuffer, self._picture_alone, self._picture, self._depth):
+        release_framebuffer(self.framebuffer)
+        release_framebuffer(self._picture_alone)
+        for thing in (self._picture, self._depth):
             thing.release()
 
 
@@ -79,3 +81,11 @@ def encode_srgb(context: moderngl.Context, wanted: bool) -> None:
         context.enable_direct(gl.FRAMEBUFFER_SRGB)
     else:
         context.disable_direct(gl.FRAMEBUFFER_SRGB)
+
+
+def release_framebuffer(framebuffer: moderngl.Framebuffer) -> None:
+    """Give one back; moderngl binds the one that was used last again, so that must not be it."""
+    context = framebuffer.ctx
+    if context.fbo is framebuffer:
+        (context.screen or context.detect_framebuffer(0)).use()
+    framebuffer.release()

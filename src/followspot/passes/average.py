@@ -3,7 +3,7 @@
 import moderngl
 
 from followspot.gpu import program
-from followspot.gpu.targets import Target, encode_srgb
+from followspot.gpu.targets import Target, encode_srgb, release_framebuffer
 
 
 class AveragePass:
@@ -61,5 +61,6 @@ class AveragePass:
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for thing in (self._framebuffer, self._sum, self._array, self._program):
+        release_framebuffer(self._framebuffer)
+        for thing in (self._sum, self._array, self._program):
             thing.release()

@@ -4,7 +4,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.gpu.targets import Part
+from followspot.gpu.targets import Part, release_framebuffer
 from followspot.passes.shadow_tiles import Place
 
 
@@ -49,5 +49,5 @@ class ShadowMap:
 
     def release(self) -> None:
         """Give the GL objects back."""
-        self.framebuffer.release()
+        release_framebuffer(self.framebuffer)
         self.texture.release()

@@ -5,7 +5,7 @@ import numpy as np
 
 from followspot.gpu import program
 from followspot.gpu.program import ShaderFolder
-from followspot.gpu.targets import encode_srgb
+from followspot.gpu.targets import encode_srgb, release_framebuffer
 from followspot.passes.programs import SHADOW_ATLAS, Shader
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.shadow_fit import ShadowFrustum
@@ -80,9 +80,10 @@ class ShadowPreview:
         return self._texture, self._framebuffer
 
     def _drop_texture(self) -> None:
-        for each in (self._framebuffer, self._texture):
-            if each is not None:
-                each.release()
+        if self._framebuffer is not None:
+            release_framebuffer(self._framebuffer)
+        if self._texture is not None:
+            self._texture.release()
 
     def release(self) -> None:
         """Give the GL objects back."""

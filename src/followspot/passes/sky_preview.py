@@ -4,7 +4,7 @@ import moderngl
 
 from followspot.gpu import program
 from followspot.gpu.program import ShaderFolder
-from followspot.gpu.targets import encode_srgb
+from followspot.gpu.targets import encode_srgb, release_framebuffer
 from followspot.passes.programs import BASE_IMAGE, Shader
 
 EDGE = 128
@@ -59,6 +59,7 @@ class SkyPreview:
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for each in (self._framebuffer, self.texture, self._texels):
+        release_framebuffer(self._framebuffer)
+        for each in (self.texture, self._texels):
             each.release()
         self._shader.release()

@@ -7,7 +7,7 @@ import moderngl
 from followspot.gpu import program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
-from followspot.gpu.targets import encode_srgb
+from followspot.gpu.targets import encode_srgb, release_framebuffer
 from followspot.passes.programs import BASE_IMAGE, Shader
 from followspot.scene.material import Material
 
@@ -94,6 +94,6 @@ class Thumbnails:
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for each in (self._framebuffer, self.texture):
-            each.release()
+        release_framebuffer(self._framebuffer)
+        self.texture.release()
         self._shader.release()
