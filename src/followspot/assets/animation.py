@@ -97,7 +97,7 @@ class Animation:
         """
         step = np.maximum(np.asarray(seconds, np.float64) * self.fps, 0.0)
         whole = np.floor(step)
-        return Pose(self._frame(whole), self._frame(whole + 1), step - whole)
+        return Pose(self.frame_at(whole), self.frame_at(whole + 1), step - whole)
 
     def clipped(self, frame_count: int) -> Self:
         """Keep what lies within a model's frames, at least one."""
@@ -105,31 +105,13 @@ class Animation:
         count = min(self.count, frame_count - first)
         return replace(self, first=first, count=count, looping=min(self.looping, count))
 
-    def _frame(self, step: NDArray[np.float64]) -> NDArray[np.intp]:
-        return self.first + frame_in_run(step, self.count, self.looping, self.is_reversed)
-
-
-def frame_in_run(
-    step: NDArray[np.float64],
-    count: int | NDArray[np.int64],
-    looping: int | NDArray[np.int64],
-    is_reversed: bool | NDArray[np.bool_],
-) -> NDArray[np.intp]:
-    """Find which frame of its run an animation shows, or each of n animations.
-
-    Args:
-        step: () or (n,) whole number of frames since the start, 0 or more.
-        count: () or (n,) as in `Animation`, and so are the others.
-        looping: Where 0, the last frame is held.
-        is_reversed: Whether the run is played backwards.
-
-    Returns:
-        () or (n,) from 0 to ``count - 1``.
-    """
-    over = step - count
-    held = np.where(np.equal(looping, 0), -1.0, over % np.maximum(looping, 1) - looping)
-    place = np.where(over < 0, step, count + held)
-    return np.asarray(np.where(is_reversed, count - 1 - place, place)).astype(np.intp)
+    def frame_at(self, step: float | NDArray[np.float64]) -> NDArray[np.intp]:
+        """() or (n,) frames that are shown in whole steps from the start, which is step 0."""
+        over = np.asarray(step - self.count)
+        held = over % self.looping - self.looping if self.looping else -1.0
+        place = np.where(over < 0, step, self.count + held)
+        place = self.count - 1 - place if self.is_reversed else place
+        return self.first + place.astype(np.intp)
 
 
 @dataclass(frozen=True)

@@ -157,18 +157,16 @@ def between(keys: Mat4, pose: Pose) -> Mat4:
     Returns:
         (4, 4) or (n, 4, 4) ``model_from_tag``: a key itself where the pose is one.
     """
-    before, behind = keys[pose.frame], keys[pose.next_frame]
-    blend = np.asarray(pose.blend)[..., np.newaxis, np.newaxis]
-    mixed = before + (behind - before) * blend
+    before, behind = keys.take(pose.frame, axis=0), keys.take(pose.next_frame, axis=0)
+    blend = np.asarray(pose.blend)
+    mixed = before + (behind - before) * blend[..., np.newaxis, np.newaxis]
     mixed[..., :3, :3], area = _orthonormalised(mixed[..., :3, :3])
     # Axes that turn by half a circle meet in the middle, and are no axes there.
-    blend, lost = blend[..., 0, 0], area < _SMALLEST_AREA
-    for key, is_key in (
-        (before, (blend <= 0) | lost & (blend < 0.5)),
-        (behind, (blend >= 1) | lost & (blend >= 0.5)),
-    ):
-        if is_key.any():
-            mixed[is_key] = key[is_key]
+    is_key = (blend <= 0) | (blend >= 1) | (area < _SMALLEST_AREA)
+    if is_key.any():
+        is_before = blend < 0.5
+        for key, wanted in ((before, is_key & is_before), (behind, is_key & ~is_before)):
+            mixed[wanted] = key[wanted]
     return mixed
 
 
@@ -186,23 +184,31 @@ def _orthonormalised(
     rotations: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The same, and (...) the square of the area that the first two columns span."""
-    x, y = rotations[..., 0], rotations[..., 1]
+    columns = np.moveaxis(rotations, (-1, -2), (0, 1))
+    x, y = np.ascontiguousarray(columns[:2])  # coordinates first: NumPy loops over the many
     z = _cross(x, y)
-    area = np.einsum("...i,...i->...", z, z)
-    x, z = _unit(x), z / np.maximum(np.sqrt(area), _TINY)[..., np.newaxis]
-    return np.stack([x, _cross(z, x), z], axis=-1), area
+    x, z, area = _unit(x), _unit(z), _dot(z, z)
+    found = np.empty_like(rotations)
+    for column, axis in zip(np.moveaxis(found, (-1, -2), (0, 1)), (x, _cross(z, x), z), strict=True):
+        column[...] = axis
+    return found, area
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
-    unit: NDArray[np.float64] = vectors / np.maximum(length, _TINY)[..., np.newaxis]
+    unit: NDArray[np.float64] = vectors / np.maximum(np.sqrt(_dot(vectors, vectors)), _TINY)
     return unit
 
 
+def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
 def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`np.cross`, which is slow for a few vectors."""
-    ahead, behind = [1, 2, 0], [2, 0, 1]
-    return np.asarray(a[..., ahead] * b[..., behind] - a[..., behind] * b[..., ahead])
+    """`np.cross` of (3, ...) vectors, which is slow for a few."""
+    product = np.empty_like(a)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        product[i] = a[j] * b[k] - a[k] * b[j]
+    return product
 
 
 def _check_fields(
@@ -228,7 +234,9 @@ def _read_tags(file: BinaryFile, header: Any) -> dict[str, Mat4]:
     file.require(np.isfinite(origins), origins, "tags of frame {}, origin", "finite numbers")
     # A tool's scale stretches the axes of many models; the game, too, takes their directions alone.
     with np.errstate(invalid="ignore"):  # axes that are no numbers, told below
-        volume = np.linalg.det(_unit(axes)) if tag_count else np.ones((frame_count, 0))
+        lengths = np.linalg.norm(axes, axis=-1, keepdims=True)
+        directions = axes / np.maximum(lengths, _TINY)
+        volume = np.linalg.det(directions) if tag_count else np.ones((frame_count, 0))
     expected = "three axes about at right angles, right-handed"
     file.require(volume > 0.5, axes, "tags of frame {}, axes", expected)
 

@@ -13,7 +13,8 @@ Extents = NDArray[np.float64]
 _ROUNDING = 0.01
 """Texels by which GL may put a vertex elsewhere."""
 
-_LOW = np.array([True, True, False, False])
+_LOW = np.array([[True], [True], [False], [False]])
+_EVERYWHERE = np.array([[-np.inf], [-np.inf], [np.inf], [np.inf]])
 _INWARDS = np.array([1.0, 1.0, -1.0, -1.0])
 
 WHOLE: Extents = np.array([[0.0, 0.0, 1.0, 1.0]])
@@ -38,17 +39,18 @@ def extents(
 ) -> Extents:
     """Rectangles around (n, 3) boxes; infinite where a box reaches behind the light."""
     rows = frustum.clip_from_world[[0, 1, 3]].astype(np.float32)
-    middle = (mins + maxs) @ (rows[:, :3].T * 0.5) + rows[:, 3]
-    reach = (maxs - mins) @ (np.abs(rows[:, :3]).T * 0.5)
+    middle = (rows[:, :3] * 0.5) @ (mins + maxs).T + rows[:, 3:]
+    reach = (np.abs(rows[:, :3]) * 0.5) @ (maxs - mins).T
     least, most = middle - reach, middle + reach
-    near, far = least[:, 2:], most[:, 2:]
-    sides = np.concatenate([least[:, :2], most[:, :2]], axis=1)
+    near, far = least[2], most[2]
+    sides = np.concatenate([least[:2], most[:2]])
     # A side is farthest out where the box is nearest, or farthest in where it is that side's own.
     is_outer = (sides < 0) == _LOW
     found = sides / np.where(is_outer, np.maximum(near, 1e-6), far) * 0.5 + 0.5
-    if near.min() <= 0:
-        found[near[:, 0] <= 0] = -np.inf, -np.inf, np.inf, np.inf
-    return found.astype(np.float64)
+    is_behind = near <= 0
+    if is_behind.any():
+        found[:, is_behind] = _EVERYWHERE
+    return found.T.astype(np.float64)
 
 
 def texels(found: Extents, size: int) -> NDArray[np.float32]:

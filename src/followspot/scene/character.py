@@ -18,6 +18,9 @@ SLOTS = 3
 _BOUNDS_SEGMENT = 8
 """Places of a way that share one box."""
 
+_FAR = 1e30
+"""Units; farther away than anything is."""
+
 
 @dataclass(frozen=True, eq=False)
 class Character:
@@ -149,14 +152,12 @@ class Crowd:
             rows: What `instances` gives for them.
             which: (m,) their numbers.
         """
-        figure = self.figure_of[which]
-        frames = rows[:, :, 3, :2] / self._key_boxes.vertex_counts[figure]
-        low, high = self._key_boxes.around(figure, frames.astype(np.intp))
-        turn = rows[:, :, :3, :3]
-        centre = np.einsum("mpij,mpj->mpi", turn, low + high) / 2 + rows[:, :, :3, 3]
-        reach = np.einsum("mpij,mpj->mpi", np.abs(turn), high - low) / 2
-        reach[~self._key_boxes.has_slot[figure]] = -np.inf
-        return (centre - reach).min(axis=1), (centre + reach).max(axis=1)
+        slots = np.ascontiguousarray(rows.transpose(1, 2, 3, 0))  # NumPy loops over the many
+        turn, shift, first_vertices = slots[:, :3, :3], slots[:, :3, 3], slots[:, 3, :2]
+        low, high = self._key_boxes.around(self.figure_of[which], first_vertices)
+        centre = np.einsum("pijm,jpm->pim", turn, 0.5 * (low + high)) + shift
+        reach = np.einsum("pijm,jpm->pim", np.abs(turn), 0.5 * (high - low))
+        return (centre - reach).min(axis=0).T, (centre + reach).max(axis=0).T
 
 
 def _vertex_counts(parts: Sequence[FigurePart]) -> list[int]:
@@ -202,42 +203,38 @@ class _Ways:
 
 
 class _KeyBoxes:
-    """Boxes around the key poses of all figures' parts in one table.
-
-    Attributes:
-        has_slot: (figures, SLOTS) which parts there are.
-        vertex_counts: (figures, SLOTS, 1) float32; 1 where there is none.
-    """
+    """Boxes around the key poses of all figures' parts in one table."""
 
     def __init__(self, figures: Sequence[Figure]) -> None:
-        self.has_slot = np.zeros((len(figures), SLOTS), bool)
-        self._first = np.zeros((len(figures), SLOTS), np.intp)
-        low, high, ends = [np.zeros((1, 3))], [np.zeros((1, 3))], 1
+        # The first is of parts that there are not: too small to count.
+        low, high, ends = [np.full((1, 3), _FAR)], [np.full((1, 3), -_FAR)], 1
+        self._first = np.zeros((SLOTS, len(figures)), np.intp)
+        self._vertex_counts = np.ones((SLOTS, 1, len(figures)), np.float32)
         for number, figure in enumerate(figures):
             for part in figure.parts:
                 if part.positions.size:
                     low.append(part.positions.min(axis=1))
                     high.append(part.positions.max(axis=1))
-                    self.has_slot[number, part.slot] = True
-                    self._first[number, part.slot] = ends
+                    self._first[part.slot, number] = ends
+                    self._vertex_counts[part.slot, 0, number] = part.vertex_count
                     ends += len(part.positions)
-        self._low, self._high = (np.concatenate(x).astype(np.float32) for x in (low, high))
-        counts = np.array([_vertex_counts(figure.parts) for figure in figures], np.float32)
-        self.vertex_counts = np.maximum(counts.reshape(-1, SLOTS, 1), 1)
+        reach = np.hstack([-np.concatenate(low), np.concatenate(high)])
+        self._reach = np.ascontiguousarray(reach.T, np.float32)
 
     def around(
-        self, figure: NDArray[np.intp], frames: NDArray[np.intp]
+        self, figure: NDArray[np.intp], first_vertices: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """(m, SLOTS, 3) least and largest corners around two key poses of each part.
+        """(3, SLOTS, m) least and largest corners around two key poses of each part.
 
         Args:
             figure: (m,) numbers of figures.
-            frames: (m, SLOTS, 2) key poses; anything between them lies in the boxes, too.
+            first_vertices: (SLOTS, 2, m) of the key poses; anything between them lies in the
+                boxes, too.
         """
-        first = self._first[figure]
-        before, behind = first + frames[..., 0], first + frames[..., 1]
-        low = np.minimum(self._low[before], self._low[behind])
-        return low, np.maximum(self._high[before], self._high[behind])
+        frames = (first_vertices / self._vertex_counts[..., figure]).astype(np.intp)
+        keys = self._first[:, np.newaxis, figure] + frames
+        reach = self._reach.take(keys, axis=1).max(axis=2)
+        return -reach[:3], reach[3:]
 
 
 class _Joints:

@@ -7,13 +7,13 @@ frames.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.assets.animation import Animation, Pose, frame_in_run
+from followspot.assets.animation import Animation, Pose
 
 
 class Play(NamedTuple):
@@ -27,12 +27,10 @@ _ENTRY = np.dtype(
     [
         ("begin", "f8"),  # seconds: from here on it is played
         ("zero", "f8"),  # seconds: here it is in its first frame
-        ("lead", "i8"),  # frame that it comes from
-        ("first", "i8"),
-        ("count", "i8"),
-        ("looping", "i8"),
         ("fps", "f8"),
-        ("is_reversed", "?"),
+        ("first", "f8"),  # row of its first frame in the table of steps
+        ("count", "f8"),
+        ("looping", "f8"),
     ]
 )
 
@@ -49,8 +47,14 @@ class Schedules:
         longest = max(map(len, tracks), default=1)
         self._entries = np.zeros((len(tracks), longest), _ENTRY)
         self._entries["begin"] = np.inf
-        for row, plays in zip(self._entries, tracks, strict=True):
-            row[: len(plays)] = _entries(plays)
+        steps, rows = [np.empty((0, 2), np.intp)], 0
+        for entries, plays in zip(self._entries, tracks, strict=True):
+            for k, (animation, begin, zero, lead) in enumerate(_begun(plays)):
+                own = _steps(animation, lead)
+                entries[k] = (begin, zero, animation.fps, rows + 1, len(own) - 2, animation.looping)
+                steps.append(own)
+                rows += len(own)
+        self._steps = np.concatenate(steps)
         self._never_changes = longest == 1
 
     def poses(self, seconds: NDArray[np.float64], which: NDArray[np.intp]) -> Pose:
@@ -63,35 +67,38 @@ class Schedules:
         Returns:
             A pose of m figures.
         """
-        now = np.zeros(len(which), np.intp)
+        now: int | NDArray[np.intp] = 0
         if not self._never_changes:
             begun = self._entries["begin"][which] <= seconds[:, np.newaxis]
             now = np.maximum(begun.sum(axis=1) - 1, 0)
         entry = self._entries[which, now]
-        step = np.maximum((seconds - entry["zero"]) * entry["fps"], -1.0)
-        whole = np.floor(step)
-        frame, next_frame = _frame(entry, np.stack([whole, whole + 1]))
-        return Pose(frame, next_frame, step - whole)
+        time = np.maximum((seconds - entry["zero"]) * entry["fps"], -1.0)
+        step = np.floor(time)
+        count, looping = entry["count"], entry["looping"]
+        over = step - count
+        repeated = count + over % np.maximum(looping, 1) - looping
+        row = entry["first"] + np.where(over < 0, step, repeated)
+        frames = self._steps[row.astype(np.intp)]
+        return Pose(frames[:, 0], frames[:, 1], time - step)
 
 
-def _frame(entry: NDArray[np.void], step: NDArray[np.float64]) -> NDArray[np.intp]:
-    place = frame_in_run(step, entry["count"], entry["looping"], entry["is_reversed"])
-    return np.where(step < 0, entry["lead"], entry["first"] + place)
+def _begun(plays: Sequence[Play]) -> Iterator[tuple[Animation, float, float, int]]:
+    """What a track plays, when it begins, when it is in its first frame; the frame before that."""
+    old, zero = plays[0]
+    yield old, -math.inf, zero, int(old.frame_at(0.0))
+    for new, at in plays[1:]:
+        steps = max(math.ceil((at - zero) * old.fps - 1e-9), 0)
+        begin = zero + steps / old.fps
+        lead = int(old.frame_at(float(steps)))
+        zero = begin + 1 / new.fps
+        yield new, begin, zero, lead
+        old = new
 
 
-def _entries(plays: Sequence[Play]) -> NDArray[np.void]:
-    entries = np.zeros(len(plays), _ENTRY)
-    for k, (animation, at) in enumerate(plays):
-        entry = entries[k]
-        for name in ("first", "count", "looping", "fps", "is_reversed"):
-            entry[name] = getattr(animation, name)
-        if k == 0:
-            entry["begin"], entry["zero"] = -np.inf, at
-            entry["lead"] = int(_frame(entries[:1], np.zeros(1))[0])
-            continue
-        before = entries[k - 1]
-        steps = max(math.ceil((at - before["zero"]) * before["fps"] - 1e-9), 0)
-        entry["begin"] = before["zero"] + steps / before["fps"]
-        entry["zero"] = entry["begin"] + 1 / animation.fps
-        entry["lead"] = int(_frame(entries[k - 1 : k], np.full(1, float(steps)))[0])
-    return entries
+def _steps(animation: Animation, lead: int) -> NDArray[np.intp]:
+    """(count + 2, 2) frames that it moves from and to: before the first, in each, and behind all.
+
+    The last row is what is held by one that does not repeat.
+    """
+    frames = animation.frame_at(np.arange(animation.count + 2.0))
+    return np.column_stack([np.append(lead, frames[:-1]), frames])
