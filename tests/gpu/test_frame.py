@@ -251,10 +251,11 @@ def test_no_gl_object_is_created_inside_a_frame(renderer: Renderer, village: Sce
             with no_new_gl_objects():
                 for view in VIEWS:
                     frame = frame_input(village, view, stage, shadows=shadows, redraw_shadows=True)
-                    for targets in renderer._targets.values():
-                        pipeline.draw(frame, targets)
+                    for target in renderer._targets.values():
+                        pipeline.prepare(frame, target)
+                        pipeline.draw(frame, target)
                 moved = replace(frame.lights[0], position=frame.lights[0].position + 1)
-                pipeline.draw(replace(frame, lights=(moved, *frame.lights[1:])), targets)
+                pipeline.draw(replace(frame, lights=(moved, *frame.lights[1:])), target)
 
 
 def test_the_guard_against_new_objects_works(renderer: Renderer, village: Scene) -> None:

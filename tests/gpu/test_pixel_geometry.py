@@ -266,7 +266,7 @@ def _angles(forward: Array) -> tuple[float, float]:
     return math.degrees(math.atan2(y, x)), -math.degrees(math.asin(z))
 
 
-@pytest.mark.parametrize("exposure", [0.2, 1.0, 4.0])
+@pytest.mark.parametrize("exposure", [0.004, 0.2, 1.0, 4.0])
 def test_display_is_the_encoded_exposed_radiance(renderer: Renderer, exposure: float) -> None:
     coded = quake_sky(by_direction, 64)
     scene = make_scene([sphere((100, 0, 0), 30)], point((0, 50, 60), 500), sky=coded)
@@ -276,7 +276,7 @@ def test_display_is_the_encoded_exposed_radiance(renderer: Renderer, exposure: f
         scale = exposure if stage.is_light else 1.0
         shown = renderer.render(scene, view, [stage], settings=settings)[stage]
         assert shown.dtype == np.uint8
-        assert np.abs(shown / 255 - srgb_encoded(linear * scale)).max() <= 1 / 255
+        assert np.abs(shown / 255 - srgb_encoded(linear * scale)).max() <= 0.6 / 255  # rounded
     normals = renderer.render(scene, view, ["normals"], linear=True)[View.NORMALS]
     shown = renderer.render(scene, view, ["normals"])[View.NORMALS]
     assert np.abs(shown / 255 - normals).max() <= 1 / 255  # data, not encoded

@@ -96,7 +96,7 @@ def picture(
         lights = lighting.in_order(scene.lights)
         settings = Settings(exposure=1.0)
         frame = FrameInput(scene, VIEW, lights, settings, 1.0, view, **fields)
-        pipeline.prepare(frame)
+        pipeline.prepare(frame, renderer.target())
         pipeline.draw(frame, renderer.target())
         return renderer.target().read()
 

@@ -189,7 +189,9 @@ def _orthonormalised(
     z = _cross(x, y)
     x, z, area = _unit(x), _unit(z), _dot(z, z)
     found = np.empty_like(rotations)
-    for column, axis in zip(np.moveaxis(found, (-1, -2), (0, 1)), (x, _cross(z, x), z), strict=True):
+    for column, axis in zip(
+        np.moveaxis(found, (-1, -2), (0, 1)), (x, _cross(z, x), z), strict=True
+    ):
         column[...] = axis
     return found, area
 

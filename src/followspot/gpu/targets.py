@@ -1,8 +1,9 @@
 """What a frame is drawn into, and reading it back.
 
-There are two kinds. A *display* target is 8-bit sRGB: GL encodes what shaders write, and blends in
-linear light. It is the fast one: no float picture is written and read again to be encoded. A
-*linear* target holds float32, for the numbers themselves.
+There are two kinds. A *display* target is 8-bit sRGB: shaders write it encoded, since software
+rasterisers decode and encode whole blocks of pixels where GL does that; but where surfaces are
+blended, GL does, in linear light. It is the fast one: no float picture is written and read again
+to be encoded. A *linear* target holds float32, for the numbers themselves.
 """
 
 from typing import Any

@@ -121,22 +121,29 @@ class FramePipeline:
         self._overlay: OverlayPass | None = None
         self._constant_for: object = None
         self._constants: dict[str, int | str] = {}
+        self._is_encoded = False
 
-    def prepare(self, frame: FrameInput) -> None:
+    def prepare(self, frame: FrameInput, target: Target) -> None:
         """Compile and allocate what frames like this one need; `draw` then creates nothing.
+
+        Args:
+            frame: One of them.
+            target: What they are drawn into, or one of its kind.
 
         Raises:
             ShaderError: a shader that has not been needed so far does not compile. Frames like
                 those before can still be prepared and drawn.
         """
         self._gpu_scene.set_anisotropy(frame.settings.anisotropy)
-        shadows = len(frame.shadowed)
+        shadows, encoded = len(frame.shadowed), _is_encoded(frame.view, target)
         self.shadow.reserve(shadows, frame.settings)
         if self._constant_for != (frame.scene, frame.settings):
             self._constant_for = frame.scene, frame.settings
             self._constants = lighting.constants(frame.scene, frame.settings)
         for each in (self._surfaces.programs, self._characters.programs):
-            each.prepare(frame.view, len(frame.lights), shadows, self._constants)
+            each.prepare(frame.view, len(frame.lights), shadows, self._constants, encoded=encoded)
+        self._sky.prepare(encoded=encoded)
+        self._is_encoded = encoded
         if frame.overlays and self._overlay is None:
             self._overlay = OverlayPass(self._context, self._gpu_scene.scene, self._folder)
 
@@ -150,14 +157,16 @@ class FramePipeline:
         """Draw one frame into `target`.
 
         Args:
-            frame: What to draw; `prepare` has been called for frames like it.
-            target: What to draw it into.
+            frame: What to draw.
+            target: What to draw it into; `prepare` has been called for frames and targets like it.
             timed: Gives for each of `PASSES` a context to draw it in.
             part: Of the target, to draw only there what the whole picture would show; the rest
                 stays as it is.
         """
         start = time.perf_counter()
         camera, settings, visible = frame.camera, frame.settings, self._visible
+        encoded = _is_encoded(frame.view, target)
+        assert encoded is self._is_encoded, "prepared for another kind of target"
         far = camera.far_for(*self._bounds)
         aspect = target.size[0] / target.size[1]
         clip_from_view = camera.clip_from_view(aspect, far)
@@ -189,15 +198,16 @@ class FramePipeline:
 
         with timed("clear"):
             self._begin(target, frame.view, part)
-        with timed("characters"):  # first, since they hide more of the level than it of them
-            self._characters.draw_opaque()
         with timed("surfaces"):
             self._surfaces.draw_opaque(visible.opaque)
+        with timed("characters"):
+            self._characters.draw_opaque()
         target.framebuffer.depth_mask = False
         with timed("sky"):
             if has_sky:
-                self._sky.draw()
+                self._sky.draw(encoded=encoded)
         with timed("blended"):
+            encode_srgb(self._context, encoded)  # for GL to blend linear light
             self._surfaces.draw_blended(visible.blended, visible.opaque)
             if with_blended:
                 self._characters.draw_blended()
@@ -223,12 +233,12 @@ class FramePipeline:
         )
 
     def _begin(self, target: Target, view: View, part: Part | None) -> None:
-        """Bind and clear the target; let GL turn what shaders write into sRGB where it is shown."""
+        """Bind and clear the target, which takes what shaders write as it is."""
         target.framebuffer.depth_mask = True
         target.framebuffer.use()
         if part is not None:
             target.framebuffer.scissor = target.box(part)
-        encode_srgb(self._context, view.is_encoded and not target.is_linear)
+        encode_srgb(self._context, False)
         background = np.inf if view is View.DEPTH else 0.0
         target.framebuffer.clear(background, background, background, 0.0)
         self.shadow.atlas.use(SHADOW_ATLAS)
@@ -277,6 +287,11 @@ class FramePipeline:
             each.release()
         if self._overlay is not None:
             self._overlay.release()
+
+
+def _is_encoded(view: View, target: Target) -> bool:
+    """Whether pixels are sRGB of what is shown."""
+    return view.is_encoded and not target.is_linear
 
 
 def _display_scale(frame: FrameInput, far: float) -> float:

@@ -152,7 +152,13 @@ class SurfacePrograms:
         return list(self._made.values())
 
     def prepare(
-        self, view: View, lights: int, shadows: int, constants: dict[str, int | str]
+        self,
+        view: View,
+        lights: int,
+        shadows: int,
+        constants: Mapping[str, int | str],
+        *,
+        encoded: bool,
     ) -> None:
         """Choose the shaders for the next frames, compiling what is new. Not inside a frame.
 
@@ -161,17 +167,20 @@ class SurfacePrograms:
             lights: How many there are.
             shadows: How many of them have a shadow map; they come first.
             constants: Macros of surface.frag; see `lighting.constants`.
+            encoded: Whether the picture is sRGB; what is not blended writes that itself.
 
         Raises:
             ShaderError: a new one does not compile; those chosen before stay.
         """
-        common = {
+        common: dict[str, int | str] = {
             **_VIEWS,
             **constants,
             "VIEW": f"VIEW_{view.name}",
             "LIGHTS": lights,
             "SHADOWS": shadows,
         }
+        if encoded:
+            common["ENCODED"] = 1
         if common == self._common:
             return
         chosen = {}

@@ -50,7 +50,7 @@ def extents(
     is_behind = near <= 0
     if is_behind.any():
         found[:, is_behind] = _EVERYWHERE
-    return found.T.astype(np.float64)
+    return np.asarray(found.T, np.float64)
 
 
 def texels(found: Extents, size: int) -> NDArray[np.float32]:

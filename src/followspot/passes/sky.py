@@ -15,16 +15,40 @@ class SkyPass:
     ) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
-        self._shader = Shader(context, folder, "sky", lambda sky: [context.vertex_array(sky, [])])
-        self.shaders = [self._shader]
+        self._folder = folder
+        self._made: dict[bool, Shader] = {}
 
-    def draw(self) -> None:
-        """Fill what the depth buffer says is empty."""
+    def prepare(self, *, encoded: bool) -> None:
+        """Compile what the next frames need. Not inside a frame.
+
+        Args:
+            encoded: Whether the picture is sRGB that the shader writes.
+
+        Raises:
+            ShaderError: it does not compile.
+        """
+        if encoded not in self._made:
+            self._made[encoded] = Shader(
+                self._context,
+                self._folder,
+                "sky",
+                lambda sky: [self._context.vertex_array(sky, [])],
+                {"ENCODED": 1} if encoded else {},
+            )
+
+    @property
+    def shaders(self) -> list[Shader]:
+        """All that have been compiled."""
+        return list(self._made.values())
+
+    def draw(self, *, encoded: bool) -> None:
+        """Fill what the depth buffer says is empty; `encoded` as it has been prepared."""
         self._context.enable_only(moderngl.DEPTH_TEST)
         self._context.depth_func = "<="
         self._gpu_scene.sky.use(0)
-        self._shader.arrays[0].render(vertices=3)
+        self._made[encoded].arrays[0].render(vertices=3)
 
     def release(self) -> None:
         """Give the GL objects back."""
-        self._shader.release()
+        for shader in self.shaders:
+            shader.release()

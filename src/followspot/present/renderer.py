@@ -177,8 +177,9 @@ class Renderer:
         """Draw one frame of the open scene, or a part of it, without reading it back."""
         assert self._pipeline is not None, "open a scene first"
         self._make_current()
-        self._pipeline.prepare(frame)
-        return self._pipeline.draw(frame, self.target(linear), part=part)
+        target = self.target(linear)
+        self._pipeline.prepare(frame, target)
+        return self._pipeline.draw(frame, target, part=part)
 
     def target(self, linear: bool = False) -> Target:
         """What `draw` draws into, for those who read it in a way of their own."""

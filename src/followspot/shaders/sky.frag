@@ -1,5 +1,6 @@
 #version 330 core
 #include "common/frame.glsl"
+#include "common/srgb.glsl"
 
 uniform samplerCube sky;  // sRGB, decoded by the fetch
 
@@ -7,5 +8,9 @@ in vec3 direction;
 out vec4 value;
 
 void main() {
-    value = vec4(texture(sky, direction).rgb * (sky_scale.x * output_scale.x), 0.0);  // a: no surface
+    value.rgb = texture(sky, direction).rgb * (sky_scale.x * output_scale.x);
+#ifdef ENCODED
+    value.rgb = srgb_from_linear(value.rgb);
+#endif
+    value.a = 0.0;  // no surface
 }

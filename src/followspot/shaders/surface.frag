@@ -1,8 +1,10 @@
 #version 330 core
 // A Lambertian surface under the frame's lights and sky: L = rho/pi E. VIEW chooses which stage
-// of that is written; LIGHTS and SHADOWS are the frame's counts, shadowed lights first.
+// of that is written, ENCODED as sRGB, but where GL blends, which does that itself; LIGHTS and
+// SHADOWS are the frame's counts, shadowed lights first.
 #include "common/frame.glsl"
 #include "common/light.glsl"
+#include "common/srgb.glsl"
 
 uniform sampler2D base_image;          // sRGB, decoded by the fetch; a is coverage
 uniform sampler2DShadow shadow_atlas;  // depth from the lights, compared by the fetch
@@ -141,5 +143,8 @@ void main() {
     value.a = texel.a;
 #else
     value.a = 1.0;
+#ifdef ENCODED
+    value.rgb = srgb_from_linear(value.rgb);
+#endif
 #endif
 }

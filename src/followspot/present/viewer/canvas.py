@@ -39,7 +39,7 @@ def draw(renderer: Renderer, state: State, target: Target | None = None) -> Fram
     reports = []
     for look, part in zip(state.looks, halves(state, target.size), strict=True):
         frame = _frame(state, look)
-        renderer.pipeline.prepare(frame)
+        renderer.pipeline.prepare(frame, target)
         reports.append(renderer.pipeline.draw(frame, target, part=part))
     return reports[0]
 

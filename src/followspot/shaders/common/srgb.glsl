@@ -1,5 +1,14 @@
-// The sRGB curve (IEC 61966-2-1), where GL is not to apply it.
+// The sRGB curve (IEC 61966-2-1), where GL is not to apply it. Above the straight piece, a minimax
+// polynomial in the square root: within a twelfth of a byte's step, and several times faster than
+// a power on a software rasteriser.
 
 vec3 srgb_from_linear(vec3 v) {
-    return mix(v * 12.92, 1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, greaterThan(v, vec3(0.0031308)));
+    v = min(v, 1.0);
+    vec3 r = sqrt(v);
+    vec3 curve = 0.5170761 * r - 1.623031;
+    curve = curve * r + 2.030938;
+    curve = curve * r - 1.402449;
+    curve = curve * r + 1.517895;
+    curve = curve * r - 0.04010618;
+    return mix(curve, v * 12.92, lessThan(v, vec3(0.0031308)));
 }
