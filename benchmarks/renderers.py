@@ -127,6 +127,7 @@ def _shaders(scene: Any) -> dict[str, str]:
         "VIEW": "VIEW_FINAL",
         "LIGHTS": 1,
         "SHADOWS": 1,
+        "ENCODED": 1,
         **lighting.constants(scene, scene.settings),
     }
     variants = {

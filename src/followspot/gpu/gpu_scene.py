@@ -1,17 +1,30 @@
 """A scene's geometry, textures and sky in GPU memory."""
 
+import itertools
+from typing import NamedTuple
+
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from followspot.assets.image import Image, decode_all
 from followspot.errors import AssetError
-from followspot.gpu import gl
+from followspot.gpu import gl, textures
 from followspot.gpu.blocks import FRAME
 from followspot.gpu.characters import GpuCrowd
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
-from followspot.scene.sky import CubeMap
+
+
+class _Reading(NamedTuple):
+    """How a material reads which image; all of it belongs to the texture in OpenGL 3.3."""
+
+    image: str | None
+    clamps: bool
+    uses_alpha: bool
+
+
+def _reading(material: Material) -> _Reading:
+    return _Reading(material.image, material.clamps, material.uses_alpha)
 
 
 class GpuScene:
@@ -41,22 +54,28 @@ class GpuScene:
         tints = scene.mesh.tints
         self.tints = None if tints is None else context.buffer(tints.tobytes())
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
-        self._white = _upload(context, np.full((1, 1, 4), 255, np.uint8))
-        self._images: dict[tuple[str | None, bool], moderngl.Texture] = {}
-        wanted = {(m.image, m.clamps) for m in (*scene.materials, *scene.crowd.materials)}
+        self._white = textures.upload(context, np.full((1, 1, 4), 255, np.uint8))
+        self._images: dict[_Reading, moderngl.Texture] = {}
+        wanted = set(map(_reading, (*scene.materials, *scene.crowd.materials)))
         images = scene.images
         for number, image in decode_all(scene.archive, images):
             if not isinstance(image, Image):
                 self.problems.append(image)
                 continue
-            for clamps in (False, True):  # wrapping belongs to the texture in OpenGL 3.3
-                if (key := (images[number], clamps)) in wanted:
-                    self._images[key] = _upload(context, image.pixels, clamps=clamps)
-        self.sky = _upload_cube(context, scene.sky)
+            for how in itertools.product((False, True), repeat=2):
+                reading = _Reading(images[number], *how)
+                if reading in wanted:
+                    self._images[reading] = textures.upload(
+                        context,
+                        image.pixels,
+                        with_alpha=reading.uses_alpha and image.has_alpha,
+                        clamps=reading.clamps,
+                    )
+        self.sky = textures.upload_cube(context, scene.sky)
 
     def image_of(self, material: Material) -> moderngl.Texture:
-        """A material's base image, or white; materials with one image and wrapping share it."""
-        return self._images.get((material.image, material.clamps), self._white)
+        """A material's base image, or white; materials that read one image alike share it."""
+        return self._images.get(_reading(material), self._white)
 
     def set_anisotropy(self, samples: float) -> None:
         """Texture samples along the steep direction from now on; 1 is plain trilinear."""
@@ -72,24 +91,3 @@ class GpuScene:
         for thing in (self.vertices, self.tints, self.frame_block, self.sky, self.crowd):
             if thing is not None:
                 thing.release()
-
-
-def _upload(
-    context: moderngl.Context, pixels: NDArray[np.uint8], *, clamps: bool = False
-) -> moderngl.Texture:
-    """(h, w, 4) uint8 sRGB as a trilinear texture that repeats; row 0 is t = 0, as in Quake."""
-    height, width = pixels.shape[:2]
-    texture = context.texture((width, height), 4, pixels, internal_format=gl.SRGB8_ALPHA8)
-    texture.repeat_x = texture.repeat_y = not clamps
-    texture.build_mipmaps()  # GL averages sRGB textures in linear light
-    texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-    return texture
-
-
-def _upload_cube(context: moderngl.Context, sky: CubeMap) -> moderngl.TextureCube:
-    """The sky's faces, already in GL's order and orientation."""
-    size = sky.faces.shape[1]
-    cube = context.texture_cube((size, size), 4, sky.faces, internal_format=gl.SRGB8_ALPHA8)
-    cube.build_mipmaps()
-    cube.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-    return cube

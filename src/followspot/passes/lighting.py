@@ -91,9 +91,9 @@ def towards_axes(sky: CubeMap, level: float | None) -> NDArray[np.float64]:
 
 def direction_from_clip(clip_from_view: Mat4, view_from_world: Mat4) -> Mat4:
     """Clip x, y (and 1) to the world direction that a pixel looks along, not normalised."""
-    view_from_clip = np.zeros((4, 4))
-    view_from_clip[:2, :2] = np.linalg.inv(clip_from_view[:2, :2])
-    view_from_clip[2, 3] = -1.0
-    world_from_view = np.eye(4)
-    world_from_view[:3, :3] = view_from_world[:3, :3].T
-    return world_from_view @ view_from_clip
+    right, up, back = view_from_world[:3, :3]
+    direction = np.zeros((4, 4))
+    direction[:3, 0] = right / clip_from_view[0, 0]
+    direction[:3, 1] = up / clip_from_view[1, 1]
+    direction[:3, 3] = -back
+    return direction

@@ -1,13 +1,25 @@
 """The surface pass: every visible face, shaded as one stage's view asks."""
 
+from typing import NamedTuple
+
 import moderngl
 
 from followspot.gpu import program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
-from followspot.passes.materials import alpha_test_vector, set_state, variant_of
+from followspot.passes.materials import Variant, alpha_test_vector, set_state, variant_of
 from followspot.passes.programs import BASE_IMAGE, SurfacePrograms
+from followspot.scene.material import Material
+
+
+class _Look(NamedTuple):
+    """All that drawing faces of a material needs."""
+
+    material: Material
+    state: tuple[object, ...]
+    variant: Variant
+    image: moderngl.Texture
 
 
 class SurfacePass:
@@ -20,8 +32,12 @@ class SurfacePass:
         self._gpu_scene = gpu_scene
         size = max(gpu_scene.scene.mesh.indices.nbytes, 4)
         self._indices = context.buffer(reserve=size, dynamic=True)
-        self._variants = [variant_of(m) for m in gpu_scene.scene.materials]
-        self.programs = SurfacePrograms(context, folder, self._variants, self._array)
+        self._looks = [
+            _Look(material, material.state, variant_of(material), gpu_scene.image_of(material))
+            for material in gpu_scene.scene.materials
+        ]
+        variants = {look.variant for look in self._looks}
+        self.programs = SurfacePrograms(context, folder, variants, self._array)
 
     def _array(self, surface: moderngl.Program) -> list[moderngl.VertexArray]:
         """The level's one vertex array for a program, which need not look at all of a vertex."""
@@ -51,17 +67,17 @@ class SurfacePass:
 
     def _draw(self, batches: tuple[Batch, ...], base: int) -> None:
         """Draw batches, changing only the state in which neighbours differ."""
-        materials = self._gpu_scene.scene.materials
         state: object = None
         for batch in batches:
-            material = materials[batch.material]
-            if material.state != state:
-                state = material.state
-                set_state(self._context, material)
-            shader = self.programs.chosen[self._variants[batch.material]]
-            if material.alpha_test is not None:
-                program.set_uniform(shader.program, "alpha_test", alpha_test_vector(material))
-            self._gpu_scene.image_of(material).use(BASE_IMAGE)
+            look = self._looks[batch.material]
+            if look.state != state:
+                state = look.state
+                set_state(self._context, look.material)
+            shader = self.programs.chosen[look.variant]
+            if look.variant.cut_out:
+                vector = alpha_test_vector(look.material)
+                program.set_uniform(shader.program, "alpha_test", vector)
+            look.image.use(BASE_IMAGE)
             shader.arrays[0].render(vertices=batch.count, first=base + batch.first)
         self._context.polygon_offset = 0.0, 0.0
 

@@ -82,6 +82,11 @@ class Material:
         return self.blend is not None, self.alpha_test is not None, *state, self.image or ""
 
     @property
+    def uses_alpha(self) -> bool:
+        """Whether the image's alpha matters."""
+        return self.alpha_test is not None or self.blend is not None
+
+    @property
     def is_two_sided(self) -> bool:
         """Whether both sides are drawn."""
         return self.sides is Sides.BOTH

@@ -2,7 +2,7 @@
 #include "common/frame.glsl"
 #include "common/srgb.glsl"
 
-uniform samplerCube sky;  // sRGB, decoded by the fetch
+uniform samplerCube sky;  // linear light
 
 in vec3 direction;
 out vec4 value;

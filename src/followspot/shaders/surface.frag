@@ -6,7 +6,7 @@
 #include "common/light.glsl"
 #include "common/srgb.glsl"
 
-uniform sampler2D base_image;          // sRGB, decoded by the fetch; a is coverage
+uniform sampler2D base_image;          // linear light; a is coverage
 uniform sampler2DShadow shadow_atlas;  // depth from the lights, compared by the fetch
 uniform vec2 alpha_test;               // keep where a * x + y > 0
 

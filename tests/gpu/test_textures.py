@@ -1,0 +1,92 @@
+"""What textures hold: linear light, as exactly as their formats can, and averaged as such."""
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from followspot.gpu import textures
+from followspot.present.renderer import Renderer
+from synthetic import floor, make_scene, srgb_decoded
+
+pytestmark = pytest.mark.gl
+
+SIZE = 32
+
+
+@pytest.fixture
+def context(renderer: Renderer) -> moderngl.Context:
+    """The renderer's."""
+    return renderer.open(make_scene([floor()])).context
+
+
+@pytest.fixture
+def pixels() -> NDArray[np.uint8]:
+    """Noise, darker from column to column, and every grey in the lower half."""
+    noise = np.random.default_rng(5).uniform(0, 256, (SIZE, SIZE, 4))
+    noise *= np.linspace(1, 0, SIZE)[:, np.newaxis]
+    noise[SIZE // 2 :] = np.arange(SIZE * SIZE // 2).reshape(-1, SIZE, 1) % 256
+    return noise.astype(np.uint8)
+
+
+def texels(texture: moderngl.Texture, level: int) -> NDArray[np.float32]:
+    """(h, w, 3) of a MIP level."""
+    size = SIZE >> level
+    raw = texture.read(level=level, alignment=1)
+    return np.frombuffer(raw, "<f4").reshape(size, size, 3)
+
+
+def steps(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(h, w, 1) distance of neighbouring values in GL_RGB9_E5, told by the largest channel."""
+    exponent = np.floor(np.log2(np.maximum(linear.max(axis=-1, keepdims=True), 2.0**-16)))
+    return np.asarray(2.0 ** (exponent - 8))
+
+
+def test_texels_are_linear_light_to_half_a_step(
+    context: moderngl.Context, pixels: NDArray[np.uint8]
+) -> None:
+    texture = textures.upload(context, pixels)
+    try:
+        linear = srgb_decoded(pixels[..., :3] / 255)
+        off = np.abs(texels(texture, 0) - linear) / steps(linear)
+        assert off.max() <= 0.501
+        # The brightest channel comes back as the byte that it was.
+        brightest = linear.argmax(axis=-1)[..., np.newaxis]
+        slope = np.gradient(srgb_decoded(np.arange(256) / 255))  # linear light a byte
+        byte = np.take_along_axis(pixels[..., :3], brightest, axis=-1)
+        error = np.take_along_axis(off * steps(linear), brightest, axis=-1)
+        assert (error < 0.3 * slope[byte]).all()
+    finally:
+        texture.release()
+
+
+def test_smaller_levels_are_means_of_linear_light(
+    context: moderngl.Context, pixels: NDArray[np.uint8]
+) -> None:
+    texture = textures.upload(context, pixels)
+    try:
+        mean = srgb_decoded(pixels[..., :3] / 255)
+        for level in range(1, 6):
+            mean = mean.reshape(len(mean) // 2, 2, -1, 2, 3).mean(axis=(1, 3))
+            # Each level is made of the one before, as that was rounded; some drop the remainder.
+            assert (np.abs(texels(texture, level) - mean) <= (level + 1.01) * steps(mean)).all()
+    finally:
+        texture.release()
+
+
+def test_alpha_is_kept_where_it_is_wanted(
+    context: moderngl.Context, pixels: NDArray[np.uint8]
+) -> None:
+    texture = textures.upload(context, pixels, with_alpha=True)
+    try:
+        assert texture.read(alignment=1) == pixels.tobytes()
+    finally:
+        texture.release()
+
+
+def test_many_texels_are_decoded_like_few(pixels: NDArray[np.uint8]) -> None:
+    many = np.tile(pixels, (9, 8, 1))
+    assert many.size // 4 > 2 * textures._AT_ONCE
+    np.testing.assert_array_equal(
+        textures._decoded(many), np.tile(textures._decoded(pixels), (9, 8, 1))
+    )
