@@ -149,7 +149,6 @@ def main() -> None:
     base.make_default_pipe()
     properties = core.FrameBufferProperties()
     properties.set_rgba_bits(8, 8, 8, 8)
-    properties.set_srgb_color(True)
     properties.set_depth_bits(24)
     size = core.WindowProperties.size(*scene.about["size"])
     base.win = base.graphicsEngine.make_output(

@@ -35,6 +35,7 @@ class GpuScene:
         vertices: The mesh's vertices, one buffer.
         tints: The mesh's tints, where it has any.
         frame_block: Uniform buffer for one `blocks.FRAME`.
+        frame_block_holds: What it was filled from, for who fills it to compare.
         crowd: The characters' figures.
         sky: The sky's cube map with all MIP levels.
         problems: Images that are there but cannot be decoded; white stands in for them.
@@ -54,6 +55,7 @@ class GpuScene:
         tints = scene.mesh.tints
         self.tints = None if tints is None else context.buffer(tints.tobytes())
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
+        self.frame_block_holds: object = None
         self._white = textures.upload(context, np.full((1, 1, 4), 255, np.uint8))
         self._images: dict[_Reading, moderngl.Texture] = {}
         wanted = set(map(_reading, (*scene.materials, *scene.crowd.materials)))

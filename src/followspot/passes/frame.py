@@ -250,18 +250,24 @@ class FramePipeline:
         clip_from_view: Mat4,
         scale: float,
     ) -> None:
-        """One upload of everything that a whole frame shares."""
+        """One upload of everything that a whole frame shares, if any of it has changed."""
+        self._gpu_scene.frame_block.bind_to_uniform_block(0)
+        settings, tiles = frame.settings, self.shadow.tiles
+        shadows = tiles, self.shadow.atlas.size, settings.shadow_normal_offset
+        wanted = clip_from_world.tobytes(), frame.scene, frame.lights, shadows, scale
+        if self._gpu_scene.frame_block_holds == wanted:
+            return
+        self._gpu_scene.frame_block_holds = wanted
         block = np.zeros((), blocks.FRAME)
         block["clip_from_world"] = blocks.columns(clip_from_world)
         block["direction_from_clip"] = blocks.columns(
             lighting.direction_from_clip(clip_from_view, frame.camera.view_from_world)
         )
-        self.shadow.write_tiles(block, frame.settings)
+        self.shadow.write_tiles(block, settings)
         lighting.write_lights(block, frame.lights, frame.scene.metres_per_unit)
         block["sky_scale"][0] = frame.scene.environment_constant
         block["output_scale"][0] = scale
         self._gpu_scene.frame_block.write(block.tobytes())
-        self._gpu_scene.frame_block.bind_to_uniform_block(0)
 
     def shaders_changed(self) -> bool:
         """Whether a shader's file has changed since it was read, by their times alone."""
