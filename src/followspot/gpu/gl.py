@@ -1,4 +1,9 @@
-"""OpenGL's numbers that moderngl has no names for, under the names of its specification."""
+"""What of OpenGL moderngl has no names for, under the names of its specification."""
+
+import ctypes
+from collections.abc import Callable
+
+import moderngl
 
 SRC_ALPHA_SATURATE = 0x0308
 LINE_SMOOTH = 0x0B20
@@ -7,3 +12,9 @@ TEXTURE_CUBE_MAP_SEAMLESS = 0x884F
 RGB9_E5 = 0x8C3D
 SRGB8_ALPHA8 = 0x8C43
 FRAMEBUFFER_SRGB = 0x8DB9
+
+
+def flush(context: moderngl.Context) -> Callable[[], None]:
+    """A context's glFlush: what has been drawn so far is begun with now."""
+    address = context.mglo._context.load("glFlush")
+    return ctypes.CFUNCTYPE(None)(address)

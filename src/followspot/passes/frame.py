@@ -9,7 +9,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
-from followspot.gpu import blocks
+from followspot.gpu import blocks, gl
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import SHADERS, ShaderError, ShaderFolder
 from followspot.gpu.targets import Part, Target, encode_srgb
@@ -111,6 +111,7 @@ class FramePipeline:
         self._mesh = gpu_scene.scene.mesh
         self._bounds = gpu_scene.scene.bounds
         self._triangle_count = gpu_scene.scene.triangle_count
+        self._flush = gl.flush(context)
         context.front_face = "cw"  # as in Quake's files
         self._folder = ShaderFolder(shaders)
         self._visible = VisibleFaces(gpu_scene.scene)
@@ -200,6 +201,8 @@ class FramePipeline:
             self._begin(target, frame.view, part)
         with timed("surfaces"):
             self._surfaces.draw_opaque(visible.opaque)
+        if self._characters.seen:
+            self._flush()  # a software rasteriser shades the level while it sets characters up
         with timed("characters"):
             self._characters.draw_opaque()
         target.framebuffer.depth_mask = False
