@@ -7,7 +7,13 @@ from numpy.typing import NDArray
 
 from followspot.assets.shader_values import BlendFactor
 from followspot.passes import drawlist
-from followspot.passes.drawlist import DrawList, Mask, boxes_in_frustum, frustum_planes
+from followspot.passes.drawlist import (
+    DrawList,
+    Mask,
+    boxes_in_frustum,
+    cubes_in_frustum,
+    frustum_planes,
+)
 from followspot.scene.camera import Camera
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh
@@ -88,6 +94,22 @@ def test_many_boxes_at_once_are_the_same_as_one_by_one(seed: int) -> None:
     planes = frustum_planes(clip_matrix(camera((0, 0, 0), random.uniform(-180, 180))))
     single = [boxes_in_frustum(planes, a[None], b[None])[0] for a, b in zip(low, high, strict=True)]
     np.testing.assert_array_equal(boxes_in_frustum(planes, low, high), single)
+
+
+@given(cameras, st.integers(0, 2**32 - 1))
+def test_a_cube_stays_where_any_of_its_corners_is_in_front_of_each_plane(
+    view: Camera, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    centres, reach = random.uniform(-4096, 4096, (50, 3)), random.uniform(0, 500, 50)
+    planes = frustum_planes(clip_matrix(view))
+    corners = np.stack(
+        [box_corners(c - r, c + r) for c, r in zip(centres, reach, strict=True)]
+    )  # (50, 8, 3)
+    heights = (corners @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+    sure = (np.abs(heights) > 1e-9 * np.abs(planes[:, 3]).max()).all(axis=1)
+    found = cubes_in_frustum(planes, centres, reach)
+    np.testing.assert_array_equal(found[sure], (heights >= 0).all(axis=1)[sure])
 
 
 def some_mesh() -> tuple[Mesh, tuple[Material, ...]]:

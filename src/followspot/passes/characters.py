@@ -128,12 +128,10 @@ class CharacterPass:
         self._updated = wanted
         crowd = self._crowd
         places = crowd.places(seconds)
-        radius = crowd.radius[:, np.newaxis]
-        mins = (places[:, :3] - radius).astype(np.float32)
-        maxs = (places[:, :3] + radius).astype(np.float32)
 
         def within(matrix: Mat4) -> NDArray[np.bool_]:
-            return drawlist.boxes_in_frustum(drawlist.frustum_planes(matrix), mins, maxs)
+            planes = drawlist.frustum_planes(matrix)
+            return drawlist.cubes_in_frustum(planes, places[:, :3], crowd.radius)
 
         seen = np.ones(len(crowd), bool)
         if may_be_seen is not None:

@@ -69,6 +69,15 @@ def boxes_in_frustum(
     return np.asarray(inside.all(axis=1))
 
 
+def cubes_in_frustum(
+    planes: NDArray[np.float64], centres: NDArray[np.float64], reach: NDArray[np.float64]
+) -> Mask:
+    """(n,) `boxes_in_frustum` of cubes: (n, 3) centres, (n,) from there to a side."""
+    normals = planes[:, :3]
+    farthest = centres @ normals.T + np.multiply.outer(reach, np.abs(normals).sum(axis=1))
+    return np.asarray((farthest + planes[:, 3] >= 0).all(axis=1))
+
+
 def height_above(faces: NDArray[np.void], point: Vec3) -> NDArray[np.float64]:
     """(faces,) units that a point lies in front of each face's plane; 0 for faces not flat."""
     return np.asarray(faces["normal"] @ point - faces["distance"])

@@ -70,6 +70,7 @@ class Crowd:
         self.radius = np.array([c.figure.radius + 2 * c.bob for c in self.characters], np.float64)
         self._clock = np.array([c.clock for c in self.characters], np.float64)
         self._spin = np.array([(c.spin, c.bob, c.bob_rate) for c in self.characters]).reshape(-1, 3)
+        self._some_spin = bool(self._spin[:, :2].any())
         self._ways = _Ways([c.walk for c in self.characters])
         # The legs' tracks, then the torsos'.
         plays = [c.plays or ((c.figure.tracks(), 0.0),) for c in self.characters]
@@ -105,9 +106,10 @@ class Crowd:
         """(n, 4) x, y, z of every character's origin in units, and yaw in degrees, at a time."""
         own = seconds + self._clock
         places = self._ways.at(own)
-        spin, bob, rate = self._spin.T
-        places[:, 3] += spin * own
-        places[:, 2] += bob * (1 + np.cos(rate * own))
+        if self._some_spin:
+            spin, bob, rate = self._spin.T
+            places[:, 3] += spin * own
+            places[:, 2] += bob * (1 + np.cos(rate * own))
         return places
 
     def instances(
@@ -189,9 +191,12 @@ class _Ways:
         self._last = self._first + count - 1
         self._speed = np.array([walk.speed / walk.spacing for walk in walks])
         self._closed = np.array([walk.is_closed for walk in walks], bool)
+        self._all_stand = len(self._places) == len(walks)
 
     def at(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, 4) places, each at its own (n,) time."""
+        if self._all_stand:
+            return self._places.copy()
         steps = seconds * self._speed
         length = np.maximum(self._last - self._first, 1)
         steps = np.where(self._closed, steps % length, np.clip(steps, 0, length))
