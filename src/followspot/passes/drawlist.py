@@ -64,9 +64,9 @@ def boxes_in_frustum(
     """
     normals = planes[:, :3].astype(np.float32)
     # The farthest corner along each normal, for all boxes and planes in two products.
-    reach = maxs @ np.maximum(normals, 0).T + mins @ np.minimum(normals, 0).T
-    inside = reach + planes[:, 3].astype(np.float32) >= -1e-3 * np.abs(planes[:, 3])
-    return np.asarray(inside.all(axis=1))
+    reach = np.maximum(normals, 0) @ maxs.T + np.minimum(normals, 0) @ mins.T
+    shift = planes[:, 3:].astype(np.float32)
+    return np.asarray((reach + shift >= -1e-3 * np.abs(shift)).all(axis=0))
 
 
 def cubes_in_frustum(
@@ -74,8 +74,8 @@ def cubes_in_frustum(
 ) -> Mask:
     """(n,) `boxes_in_frustum` of cubes: (n, 3) centres, (n,) from there to a side."""
     normals = planes[:, :3]
-    farthest = centres @ normals.T + np.multiply.outer(reach, np.abs(normals).sum(axis=1))
-    return np.asarray((farthest + planes[:, 3] >= 0).all(axis=1))
+    farthest = normals @ centres.T + np.multiply.outer(np.abs(normals).sum(axis=1), reach)
+    return np.asarray((farthest + planes[:, 3:] >= 0).all(axis=0))
 
 
 def height_above(faces: NDArray[np.void], point: Vec3) -> NDArray[np.float64]:
@@ -90,12 +90,13 @@ class Projected:
     Attributes:
         indices: (t, 3) of vertices, in the order of the mesh's faces.
         face: (t,) number of the face.
-        low: (t, 2) least normalised device coordinates; minus infinity where one reaches behind
-            the light.
-        high: (t, 2) largest ones, likewise.
-        facing: (t,) positive where the front faces the light, negative where the back does.
-        behind: (k,) numbers of those that reach behind the light.
-        corners: (k, 3, 3) theirs in clip coordinates x, y, w.
+        low: (2, t) least normalised device coordinates x and y; minus infinity where a triangle
+            reaches behind the light.
+        high: (2, t) largest ones, likewise.
+        facing: (t,) positive where the front faces the light, negative where the back does; not a
+            number where all of a triangle is behind the light.
+        behind: (k,) numbers of those that reach behind the light with a part.
+        corners: (3, 3, k) clip coordinates x, y, w of their three corners.
     """
 
     indices: NDArray[np.uint32]
@@ -118,23 +119,29 @@ def projected(mesh: Mesh, clip_from_world: Mat4, eye: Vec3) -> Projected:
     faces = mesh.faces
     runs = run_members(faces["first_index"], faces["index_count"])
     indices = mesh.indices[runs].reshape(-1, 3)
-    positions = mesh.vertices["position"]
-    corners = positions[indices].astype(np.float64) - eye
+    positions = np.ascontiguousarray(mesh.vertices["position"].T, np.float64)
+    # Coordinates first, then corners: NumPy is slow where the last axis is a short one.
+    corner = np.ascontiguousarray(indices.T, np.intp)
+    a, b, c = (positions - eye[:, np.newaxis]).take(corner, axis=1).swapaxes(0, 1)
     # Six times the volume of triangle and eye: positive where the (clockwise) front faces it.
-    facing = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    clip = positions @ clip_from_world[[0, 1, 3], :3].T + clip_from_world[[0, 1, 3], 3]
-    w = clip[:, 2:]
-    divided = (clip[:, :2] / np.where(w > 0, w, np.inf))[indices]
-    behind = w[indices].min(axis=1) <= 0
-    numbers = np.flatnonzero(behind)
+    facing = sum(
+        a[i] * (b[j] * c[k] - b[k] * c[j]) for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+    )
+    clip = clip_from_world[[0, 1, 3], :3] @ positions + clip_from_world[[0, 1, 3], 3:]
+    w = clip[2]
+    x, y = clip[:2] / np.where(w > 0, w, np.inf)
+    x, y, w = (each.take(corner) for each in (x, y, w))
+    low, high = np.stack([x.min(axis=0), y.min(axis=0)]), np.stack([x.max(axis=0), y.max(axis=0)])
+    behind, before = w.min(axis=0) <= 0, w.max(axis=0) > 0
+    numbers = np.flatnonzero(behind & before)
     return Projected(
         indices,
         np.repeat(np.arange(len(faces)), faces["index_count"] // 3),
-        np.where(behind, -np.inf, divided.min(axis=1)).astype(np.float32),
-        np.where(behind, np.inf, divided.max(axis=1)).astype(np.float32),
-        np.sign(facing).astype(np.float32),
+        np.where(behind, -np.inf, low).astype(np.float32),
+        np.where(behind, np.inf, high).astype(np.float32),
+        np.where(before, np.sign(facing), np.nan).astype(np.float32),
         numbers,
-        clip[indices[numbers]],
+        clip.take(corner[:, numbers], axis=1),
     )
 
 
@@ -166,22 +173,28 @@ def casters(
     """
     material = mesh.faces["material"]
     scale, shift = (part.astype(np.float32) for part in window)
-    wanted = chosen[seen.face] & (seen.facing * keep_side[material][seen.face] >= 0)
-    w = seen.corners[..., 2:]
-    x_y = seen.corners[..., :2] * scale + w * shift
-    beyond = np.all(x_y > w, axis=1) | np.all(x_y < -w, axis=1)
-    wanted[seen.behind[np.any(beyond, axis=1)]] = False
+    side = np.where(chosen, keep_side[material], np.float32(np.nan))  # which no side is equal to
+    wanted = seen.facing * side.take(seen.face) >= 0
+    *x_y, w = seen.corners
+    for axis, corner in enumerate(x_y):
+        moved = corner * scale[axis] + w * shift[axis]
+        beyond = (moved > w).all(axis=0) | (moved < -w).all(axis=0)
+        wanted[seen.behind[beyond]] = False
     kept = np.flatnonzero(wanted)
-    low, high = seen.low[kept] * scale + shift, seen.high[kept] * scale + shift
-    inside = ((low <= 1) & (high >= -1)).all(axis=1)
-    low, high = ((end * 0.5 + 0.5) * size - 0.5 for end in (low, high))  # whole in the middles
-    reaches = (np.ceil(low - _SNAPPED) <= high + _SNAPPED).all(axis=1)
-    kept = kept[inside & reaches]
+    # Numbers of texels, whole in their middles; coordinates first, for NumPy to loop over the many.
+    scale = scale[:, np.newaxis] * np.float32(size / 2)
+    shift = shift[:, np.newaxis] * np.float32(size / 2) + np.float32(size / 2 - 0.5)
+    low, high = (end.take(kept, axis=1) * scale + shift for end in (seen.low, seen.high))
+    inside = (low <= size - 0.5) & (high >= -0.5)
+    reaches = np.ceil(low - _SNAPPED) <= high + _SNAPPED
+    kept = kept[(inside & reaches).all(axis=0)]
     keys = key[material[seen.face[kept]]]
     starts = np.flatnonzero(np.diff(keys, prepend=-1))
     counts = np.diff(starts, append=len(keys))
     batches = zip(keys[starts].tolist(), (3 * starts).tolist(), (3 * counts).tolist(), strict=True)
-    return DrawList(seen.indices[kept].ravel(), tuple(Batch(*batch) for batch in batches))
+    return DrawList(
+        seen.indices.take(kept, axis=0).ravel(), tuple(Batch(*batch) for batch in batches)
+    )
 
 
 def front_to_back(mesh: Mesh, chosen: Mask, eye: Vec3, last: Mask) -> DrawList:

@@ -74,7 +74,9 @@ class VisibleFaces:
             return False
         self._listed = wanted
         visible = self._seen_from(eye, clip_from_world)
-        boxes = np.any(self._visibility.leafs_from(eye)[self._crowd_leafs], axis=1)
+        boxes = np.zeros(0, bool)
+        if len(self._crowd):
+            boxes = np.any(self._visibility.leafs_from(eye)[self._crowd_leafs], axis=1)
         self.characters = np.zeros(len(self._crowd), bool)
         self.characters[self._crowd.box_of[boxes]] = True
         self.receivers = self._boxes_in_view(visible, boxes, clip_from_world)
@@ -119,17 +121,22 @@ class VisibleFaces:
         cells = _frustum_cells(clip_from_world)
         all_mins = np.concatenate([faces["mins"], self._crowd.mins[boxes]])
         all_maxs = np.concatenate([faces["maxs"], self._crowd.maxs[boxes]])
-        low, high = [], []
+        lows, highs = np.ascontiguousarray(all_mins.T), np.ascontiguousarray(all_maxs.T)
         apart = np.zeros((len(cells.mins), len(all_mins)), bool)
         for axis in range(3):  # three flat arrays are faster than one with a last axis of three
-            low.append(np.maximum(all_mins[:, axis], cells.mins[:, axis, np.newaxis]))
-            high.append(np.minimum(all_maxs[:, axis], cells.maxs[:, axis, np.newaxis]))
-            apart |= low[-1] > high[-1]
+            apart |= lows[axis] > cells.maxs[:, axis, np.newaxis]
+            apart |= highs[axis] < cells.mins[:, axis, np.newaxis]
         holds = ~apart.all(axis=1)
-        mins = [np.where(apart, np.inf, x).min(axis=1, initial=np.inf)[holds] for x in low]
-        maxs = [np.where(apart, -np.inf, x).max(axis=1, initial=-np.inf)[holds] for x in high]
-        corners, start, end = cells.corners[holds], cells.start[holds], cells.end[holds]
-        return Receivers(np.stack(mins, axis=1), np.stack(maxs, axis=1), corners, start, end)
+        apart = apart[holds]
+        mins = [np.where(apart, np.inf, x).min(axis=1, initial=np.inf) for x in lows]
+        maxs = [np.where(apart, -np.inf, x).max(axis=1, initial=-np.inf) for x in highs]
+        return Receivers(
+            np.maximum(np.stack(mins, axis=1), cells.mins[holds]),
+            np.minimum(np.stack(maxs, axis=1), cells.maxs[holds]),
+            cells.corners[holds],
+            cells.start[holds],
+            cells.end[holds],
+        )
 
 
 def _frustum_cells(clip_from_world: Mat4) -> Receivers:
