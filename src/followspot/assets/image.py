@@ -262,11 +262,12 @@ def linear_to_srgb(values: NDArray[Float]) -> NDArray[Float]:
 
 
 _BYTE_TO_UNIT = np.arange(256, dtype=np.float64) / 255
-_BYTE_TO_LINEAR = srgb_to_linear(_BYTE_TO_UNIT).astype(np.float32)
+BYTE_TO_LINEAR = srgb_to_linear(_BYTE_TO_UNIT).astype(np.float32)
+"""(256,) linear light of sRGB bytes."""
 
 
 def to_linear(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Decode (..., 4) RGBA bytes, sRGB with linear alpha, to linear float32 from 0 to 1."""
-    linear = _BYTE_TO_LINEAR[pixels]
+    linear = BYTE_TO_LINEAR[pixels]
     linear[..., 3] = _BYTE_TO_UNIT[pixels[..., 3]]
     return linear

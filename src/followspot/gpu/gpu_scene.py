@@ -1,6 +1,5 @@
 """A scene's geometry, textures and sky in GPU memory."""
 
-import itertools
 from typing import NamedTuple
 
 import moderngl
@@ -58,26 +57,29 @@ class GpuScene:
         self.frame_block_holds: object = None
         self._white = textures.upload(context, np.full((1, 1, 4), 255, np.uint8))
         self._images: dict[_Reading, moderngl.Texture] = {}
-        wanted = set(map(_reading, (*scene.materials, *scene.crowd.materials)))
+        self._shown_as: dict[_Reading, _Reading] = {}
+        wanted: dict[str | None, set[_Reading]] = {}
+        for material in (*scene.materials, *scene.crowd.materials):
+            wanted.setdefault(material.image, set()).add(_reading(material))
         images = scene.images
         for number, image in decode_all(scene.archive, images):
             if not isinstance(image, Image):
                 self.problems.append(image)
                 continue
-            for how in itertools.product((False, True), repeat=2):
-                reading = _Reading(images[number], *how)
-                if reading in wanted:
-                    self._images[reading] = textures.upload(
-                        context,
-                        image.pixels,
-                        with_alpha=reading.uses_alpha and image.has_alpha,
-                        clamps=reading.clamps,
+            for reading in wanted.pop(images[number], ()):
+                # Without alpha, those who would read it share the texture of those who do not.
+                own = reading._replace(uses_alpha=reading.uses_alpha and image.has_alpha)
+                if own not in self._images:
+                    self._images[own] = textures.upload(
+                        context, image.pixels, with_alpha=own.uses_alpha, clamps=own.clamps
                     )
+                self._shown_as[reading] = own
         self.sky = textures.upload_cube(context, scene.sky)
 
     def image_of(self, material: Material) -> moderngl.Texture:
         """A material's base image, or white; materials that read one image alike share it."""
-        return self._images.get(_reading(material), self._white)
+        reading = self._shown_as.get(_reading(material))
+        return self._white if reading is None else self._images[reading]
 
     def set_anisotropy(self, samples: float) -> None:
         """Texture samples along the steep direction from now on; 1 is plain trilinear."""

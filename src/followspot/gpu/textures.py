@@ -10,14 +10,12 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.assets.image import srgb_to_linear
+from followspot.assets.image import BYTE_TO_LINEAR
 from followspot.gpu import gl
 from followspot.scene.sky import CubeMap
 
 _AT_ONCE = 1 << 15
 """Texels that are decoded at once: NumPy makes indices of eight bytes first."""
-
-_LINEAR = srgb_to_linear(np.arange(256, dtype=np.float32) / 255)
 
 
 def upload(
@@ -63,5 +61,5 @@ def _decoded(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
     linear = np.empty((len(texels), 3), np.float32)
     for start in range(0, len(texels), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
-        linear[part] = _LINEAR.take(texels[part, :3])
+        linear[part] = BYTE_TO_LINEAR.take(texels[part, :3])
     return linear.reshape(*pixels.shape[:-1], 3)

@@ -108,7 +108,6 @@ class FramePipeline:
     ) -> None:
         self._context = context
         self._gpu_scene = gpu_scene
-        self._mesh = gpu_scene.scene.mesh
         self._bounds = gpu_scene.scene.bounds
         self._triangle_count = gpu_scene.scene.triangle_count
         self._flush = gl.flush(context)
@@ -143,7 +142,8 @@ class FramePipeline:
             self._constants = lighting.constants(frame.scene, frame.settings)
         for each in (self._surfaces.programs, self._characters.programs):
             each.prepare(frame.view, len(frame.lights), shadows, self._constants, encoded=encoded)
-        self._sky.prepare(encoded=encoded)
+        if frame.view is View.FINAL:
+            self._sky.prepare(encoded=encoded)
         self._is_encoded = encoded
         if frame.overlays and self._overlay is None:
             self._overlay = OverlayPass(self._context, self._gpu_scene.scene, self._folder)
@@ -260,7 +260,6 @@ class FramePipeline:
         wanted = clip_from_world.tobytes(), frame.scene, frame.lights, shadows, scale
         if self._gpu_scene.frame_block_holds == wanted:
             return
-        self._gpu_scene.frame_block_holds = wanted
         block = np.zeros((), blocks.FRAME)
         block["clip_from_world"] = blocks.columns(clip_from_world)
         block["direction_from_clip"] = blocks.columns(
@@ -271,6 +270,7 @@ class FramePipeline:
         block["sky_scale"][0] = frame.scene.environment_constant
         block["output_scale"][0] = scale
         self._gpu_scene.frame_block.write(block.tobytes())
+        self._gpu_scene.frame_block_holds = wanted
 
     def shaders_changed(self) -> bool:
         """Whether a shader's file has changed since it was read, by their times alone."""

@@ -1,7 +1,8 @@
 """Programs with the vertex arrays that go with them, compiled anew when their files change.
 
-A program of surface.vert and surface.frag is compiled for each view, variant of material, number
-of lights and sky, so that no pixel pays for a choice that is the same in the whole frame.
+A program of surface.vert and surface.frag is compiled for each view, kind of target, variant of
+material, number of lights and sky, so that no pixel pays for a choice that is the same in the whole
+frame.
 """
 
 from collections.abc import Callable, Iterable, Mapping
