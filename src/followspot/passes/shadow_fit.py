@@ -142,12 +142,12 @@ class Outlines:
 
 def outlines(light: SpotLight, boxes: Boxes) -> Outlines:
     """How a light sees boxes. For a level's faces this is worth keeping as long as the light."""
-    mins, maxs = boxes.mins.astype(np.float64), boxes.maxs.astype(np.float64)
-    choose = spaces.box_corners(spaces.vec3([0, 0, 0]), spaces.vec3([1, 1, 1]))
-    seen = _outlines(light, mins[:, np.newaxis] + (maxs - mins)[:, np.newaxis] * choose)
+    choose = spaces.box_corners(spaces.vec3([0, 0, 0]), spaces.vec3([1, 1, 1])).T[..., np.newaxis]
+    mins, maxs = (x.astype(np.float64).T[:, np.newaxis] for x in (boxes.mins, boxes.maxs))
+    seen = _outlines(light, np.where(choose == 0, mins, maxs))
     if not isinstance(boxes, Receivers):
         return seen
-    cells = _outlines(light, boxes.corners)
+    cells = _outlines(light, boxes.corners.transpose(2, 1, 0))
     return Outlines(
         np.maximum(seen.low, cells.low),
         np.minimum(seen.high, cells.high),
@@ -157,16 +157,16 @@ def outlines(light: SpotLight, boxes: Boxes) -> Outlines:
 
 
 def _outlines(light: SpotLight, corners: NDArray[np.float64]) -> Outlines:
-    """Of convex bodies with (n, 8, 3) corners."""
+    """Of convex bodies with (3, 8, n) coordinates of corners: NumPy loops over the many."""
     from_world = view_from_world(light)
-    corners = corners @ from_world[:3, :3].T + from_world[:3, 3]
-    distance = -corners[..., 2]
-    near, far = distance.min(axis=1), distance.max(axis=1)
-    behind = (near <= 1e-3)[:, np.newaxis]
-    tangents = corners[..., :2] / np.maximum(distance, 1e-3)[..., np.newaxis]
+    seen = from_world[:3, :3] @ corners.reshape(3, -1) + from_world[:3, 3:]
+    *across, z = seen.reshape(corners.shape)
+    near, far = (-z).min(axis=0), (-z).max(axis=0)
+    behind = near <= 1e-3
+    tangents = across / np.maximum(-z, 1e-3)
     low = np.where(behind, -np.inf, tangents.min(axis=1))
     high = np.where(behind, np.inf, tangents.max(axis=1))
-    return Outlines(low, high, near, far)
+    return Outlines(low.T, high.T, near, far)
 
 
 def fit(
