@@ -2,9 +2,9 @@
 
 With that variable Mesa runs its whole OpenGL front end and draws nothing, so what is left of a
 frame is the processor's cost of culling, sorting and calling. Measured from every spawn point of
-the largest OpenArena levels: oa_thor has the most faces, suspended the most triangles. Three
-cases: the shadow map kept, redrawn in every frame, and kept while the camera turns by a degree a
-frame, so that everything is culled and sorted anew.
+the largest OpenArena levels: oa_thor has the most faces, suspended the most triangles. Four
+cases: the shadow map kept, redrawn in every frame, kept while the camera turns by a degree a
+frame, so that everything is culled and sorted anew, and a light that rises by a unit a frame.
 """
 
 import os
@@ -23,12 +23,14 @@ from common import BenchmarkError
 from msgspec.structs import replace as changed
 
 from followspot.errors import FollowspotError
+from followspot.scene.light import Light
 from followspot.scene.load import load
 from followspot.scene.scene import Scene
+from followspot.spaces import vec3
 
 LEVELS = ("oa_thor", "suspended")
-CASES = ("kept", "redrawn", "kept, turning")
-WANTED_MS = (0.25, 0.4, None)
+CASES = ("kept", "redrawn", "kept, turning", "moving")
+WANTED_MS = (0.25, 0.4, None, None)
 
 
 def frame_ms(renderer: ours.Renderer, scene: Scene, case: str, frames: int) -> Iterator[float]:
@@ -37,14 +39,21 @@ def frame_ms(renderer: ours.Renderer, scene: Scene, case: str, frames: int) -> I
     scene = replace(scene, settings=settings)
     renderer.open(scene)
     for camera in scene.cameras.values():
+        steps = range(1, frames // 10 + 2)
         if case.endswith("turning"):
             ours.draw(renderer, scene, camera)
-            turned = (
-                replace(camera, yaw=camera.yaw + degrees) for degrees in range(1, frames // 10 + 2)
-            )
+            turned = (replace(camera, yaw=camera.yaw + degrees) for degrees in steps)
             yield common.median([ours.draw(renderer, scene, each) for each in turned])
+        elif case == "moving":
+            ours.draw(renderer, scene, camera)
+            lit = (scene.with_lights(*(_higher(light, k) for light in scene.lights)) for k in steps)
+            yield common.median([ours.draw(renderer, each, camera) for each in lit])
         else:
             yield ours.measure(renderer, scene, camera, frames).median_ms
+
+
+def _higher(light: Light, units: float) -> Light:
+    return replace(light, position=light.position + vec3((0, 0, units)))
 
 
 def main() -> None:
@@ -52,7 +61,7 @@ def main() -> None:
     parser = common.parser(__doc__)
     parser.add_argument("--level", action="append", help=f"levels; else {' and '.join(LEVELS)}")
     parser.add_argument(
-        "--frames", type=int, default=200, help="counted frames a spawn point (turning: a tenth)"
+        "--frames", type=int, default=200, help="counted frames a spawn point (moving: a tenth)"
     )
     arguments = parser.parse_args()
     common.two_cores()

@@ -9,7 +9,7 @@ from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
 from followspot.passes.materials import Variant, alpha_test_vector, set_state, variant_of
-from followspot.passes.programs import BASE_IMAGE, SurfacePrograms
+from followspot.passes.programs import BASE_IMAGE, Shader, SurfacePrograms
 from followspot.scene.material import Material
 
 
@@ -38,6 +38,8 @@ class SurfacePass:
         ]
         variants = {look.variant for look in self._looks}
         self.programs = SurfacePrograms(context, folder, variants, self._array)
+        self._chosen: object = None
+        self._shaders: list[Shader] = []
 
     def _array(self, surface: moderngl.Program) -> list[moderngl.VertexArray]:
         """The level's one vertex array for a program, which need not look at all of a vertex."""
@@ -67,13 +69,15 @@ class SurfacePass:
 
     def _draw(self, batches: tuple[Batch, ...], base: int) -> None:
         """Draw batches, changing only the state in which neighbours differ."""
-        state: object = None
+        chosen, state = self.programs.chosen, None
+        if chosen is not self._chosen:
+            self._chosen, self._shaders = chosen, [chosen[look.variant] for look in self._looks]
         for batch in batches:
             look = self._looks[batch.material]
             if look.state != state:
                 state = look.state
                 set_state(self._context, look.material)
-            shader = self.programs.chosen[look.variant]
+            shader = self._shaders[batch.material]
             if look.variant.cut_out:
                 vector = alpha_test_vector(look.material)
                 program.set_uniform(shader.program, "alpha_test", vector)
