@@ -84,9 +84,17 @@ def test_alpha_is_kept_where_it_is_wanted(
         texture.release()
 
 
-def test_many_texels_are_decoded_like_few(pixels: NDArray[np.uint8]) -> None:
-    many = np.tile(pixels, (9, 8, 1))
-    assert many.size // 4 > 2 * textures._AT_ONCE
-    np.testing.assert_array_equal(
-        textures._decoded(many), np.tile(textures._decoded(pixels), (9, 8, 1))
-    )
+def test_pieces_make_the_whole(context: moderngl.Context, pixels: NDArray[np.uint8]) -> None:
+    """Images that are decoded in several pieces, the last one smaller, or all alike."""
+    for shape in ((33, 3, 1), (9, 128, 1)):
+        many = np.tile(pixels, shape)
+        assert many.size // 4 > 2 * textures._AT_ONCE
+        texture = textures.upload(context, many)
+        few = textures.upload(context, pixels)
+        try:
+            expected = np.tile(texels(few, 0), shape)
+            found = np.frombuffer(texture.read(alignment=1), "<f4").reshape(expected.shape)
+            np.testing.assert_array_equal(found, expected)
+        finally:
+            texture.release()
+            few.release()

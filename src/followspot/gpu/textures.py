@@ -6,16 +6,19 @@ channel is kept to 0.2 %, finer than a step of 8-bit sRGB, the others to as much
 one. A software rasteriser decodes it much faster than the sRGB curve, for eight texels a pixel.
 """
 
+from collections.abc import Iterator
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from followspot.assets.image import BYTE_TO_LINEAR
 from followspot.gpu import gl
+from followspot.gpu.targets import Part
 from followspot.scene.sky import CubeMap
 
 _AT_ONCE = 1 << 15
-"""Texels that are decoded at once: NumPy makes indices of eight bytes first."""
+"""Texels that are decoded at once: as floats, and as NumPy's indices, they take far more room."""
 
 
 def upload(
@@ -37,8 +40,9 @@ def upload(
     if with_alpha:
         texture = context.texture(size, 4, pixels, internal_format=gl.SRGB8_ALPHA8)
     else:
-        linear = _decoded(pixels)
-        texture = context.texture(size, 3, linear, dtype="f4", internal_format=gl.RGB9_E5)
+        texture = context.texture(size, 3, dtype="f4", internal_format=gl.RGB9_E5)
+        for part, linear in _decoded(pixels):
+            texture.write(linear, part)
     texture.repeat_x = texture.repeat_y = not clamps
     texture.build_mipmaps()  # GL averages in linear light
     texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
@@ -48,18 +52,19 @@ def upload(
 def upload_cube(context: moderngl.Context, sky: CubeMap) -> moderngl.TextureCube:
     """The sky's faces, already in GL's order and orientation."""
     size = sky.faces.shape[1]
-    linear = _decoded(sky.faces)
-    cube = context.texture_cube((size, size), 3, linear, dtype="f4", internal_format=gl.RGB9_E5)
+    cube = context.texture_cube((size, size), 3, dtype="f4", internal_format=gl.RGB9_E5)
+    for number, face in enumerate(sky.faces):
+        for part, linear in _decoded(face):
+            cube.write(number, linear, part)
     cube.build_mipmaps()
     cube.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
     return cube
 
 
-def _decoded(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """(..., 4) sRGB to (..., 3) linear light."""
-    texels = pixels.reshape(-1, 4)
-    linear = np.empty((len(texels), 3), np.float32)
-    for start in range(0, len(texels), _AT_ONCE):
-        part = slice(start, start + _AT_ONCE)
-        linear[part] = BYTE_TO_LINEAR.take(texels[part, :3])
-    return linear.reshape(*pixels.shape[:-1], 3)
+def _decoded(pixels: NDArray[np.uint8]) -> Iterator[tuple[Part, NDArray[np.float32]]]:
+    """(h, w, 4) sRGB as (rows, w, 3) linear light, piece by piece, with where each belongs."""
+    height, width = pixels.shape[:2]
+    rows = max(_AT_ONCE // width, 1)
+    for top in range(0, height, rows):
+        piece = pixels[top : top + rows, :, :3]
+        yield (0, top, width, len(piece)), BYTE_TO_LINEAR.take(piece)
