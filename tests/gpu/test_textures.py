@@ -1,23 +1,41 @@
 """What textures hold: linear light, as exactly as their formats can, and averaged as such."""
 
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
 import moderngl
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from followspot.assets.shader_values import BlendFactor
 from followspot.gpu import textures
 from followspot.present.renderer import Renderer
-from synthetic import floor, make_scene, srgb_decoded
+from followspot.scene.material import Material
+from synthetic import floor, image_archive, make_scene, of, srgb_decoded
 
 pytestmark = pytest.mark.gl
 
 SIZE = 32
 
 
+Upload = Callable[..., moderngl.Texture]
+
+
 @pytest.fixture
-def context(renderer: Renderer) -> moderngl.Context:
-    """The renderer's."""
-    return renderer.open(make_scene([floor()])).context
+def upload(renderer: Renderer) -> Iterator[Upload]:
+    """`textures.upload` into the renderer's context, until the test ends."""
+    context = renderer.open(make_scene([floor()])).context
+    made: list[moderngl.Texture] = []
+
+    def upload_one(*arguments: Any, **options: Any) -> moderngl.Texture:
+        made.append(textures.upload(context, *arguments, **options))
+        return made[-1]
+
+    yield upload_one
+    for texture in made:
+        texture.release()
 
 
 @pytest.fixture
@@ -42,59 +60,57 @@ def steps(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(2.0 ** (exponent - 8))
 
 
-def test_texels_are_linear_light_to_half_a_step(
-    context: moderngl.Context, pixels: NDArray[np.uint8]
-) -> None:
-    texture = textures.upload(context, pixels)
-    try:
-        linear = srgb_decoded(pixels[..., :3] / 255)
-        off = np.abs(texels(texture, 0) - linear) / steps(linear)
-        assert off.max() <= 0.501
-        # The brightest channel comes back as the byte that it was.
-        brightest = linear.argmax(axis=-1)[..., np.newaxis]
-        slope = np.gradient(srgb_decoded(np.arange(256) / 255))  # linear light a byte
-        byte = np.take_along_axis(pixels[..., :3], brightest, axis=-1)
-        error = np.take_along_axis(off * steps(linear), brightest, axis=-1)
-        assert (error < 0.3 * slope[byte]).all()
-    finally:
-        texture.release()
+def test_texels_are_linear_light_to_half_a_step(upload: Upload, pixels: NDArray[np.uint8]) -> None:
+    linear = srgb_decoded(pixels[..., :3] / 255)
+    off = np.abs(texels(upload(pixels), 0) - linear) / steps(linear)
+    assert off.max() <= 0.501
+    # The brightest channel comes back as the byte that it was.
+    brightest = linear.argmax(axis=-1)[..., np.newaxis]
+    slope = np.gradient(srgb_decoded(np.arange(256) / 255))  # linear light a byte
+    byte = np.take_along_axis(pixels[..., :3], brightest, axis=-1)
+    error = np.take_along_axis(off * steps(linear), brightest, axis=-1)
+    assert (error < 0.3 * slope[byte]).all()
 
 
 def test_smaller_levels_are_means_of_linear_light(
-    context: moderngl.Context, pixels: NDArray[np.uint8]
+    upload: Upload, pixels: NDArray[np.uint8]
 ) -> None:
-    texture = textures.upload(context, pixels)
-    try:
-        mean = srgb_decoded(pixels[..., :3] / 255)
-        for level in range(1, 6):
-            mean = mean.reshape(len(mean) // 2, 2, -1, 2, 3).mean(axis=(1, 3))
-            # Each level is made of the one before, as that was rounded; some drop the remainder.
-            assert (np.abs(texels(texture, level) - mean) <= (level + 1.01) * steps(mean)).all()
-    finally:
-        texture.release()
+    texture = upload(pixels)
+    mean = srgb_decoded(pixels[..., :3] / 255)
+    for level in range(1, 6):
+        mean = mean.reshape(len(mean) // 2, 2, -1, 2, 3).mean(axis=(1, 3))
+        # Each level is made of the one before, as that was rounded; some drop the remainder.
+        assert (np.abs(texels(texture, level) - mean) <= (level + 1.01) * steps(mean)).all()
 
 
-def test_alpha_is_kept_where_it_is_wanted(
-    context: moderngl.Context, pixels: NDArray[np.uint8]
-) -> None:
-    texture = textures.upload(context, pixels, with_alpha=True)
-    try:
-        assert texture.read(alignment=1) == pixels.tobytes()
-    finally:
-        texture.release()
+def test_alpha_is_kept_where_it_is_wanted(upload: Upload, pixels: NDArray[np.uint8]) -> None:
+    assert upload(pixels, with_alpha=True).read(alignment=1) == pixels.tobytes()
 
 
-def test_pieces_make_the_whole(context: moderngl.Context, pixels: NDArray[np.uint8]) -> None:
+def test_pieces_make_the_whole(upload: Upload, pixels: NDArray[np.uint8]) -> None:
     """Images that are decoded in several pieces, the last one smaller, or all alike."""
     for shape in ((33, 3, 1), (9, 128, 1)):
         many = np.tile(pixels, shape)
         assert many.size // 4 > 2 * textures._AT_ONCE
-        texture = textures.upload(context, many)
-        few = textures.upload(context, pixels)
-        try:
-            expected = np.tile(texels(few, 0), shape)
-            found = np.frombuffer(texture.read(alignment=1), "<f4").reshape(expected.shape)
-            np.testing.assert_array_equal(found, expected)
-        finally:
-            texture.release()
-            few.release()
+        expected = np.tile(texels(upload(pixels), 0), shape)
+        found = np.frombuffer(upload(many).read(alignment=1), "<f4").reshape(expected.shape)
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_only_an_image_with_alpha_is_uploaded_for_it(
+    renderer: Renderer, tmp_path: Path, pixels: NDArray[np.uint8]
+) -> None:
+    opaque = pixels.copy()
+    opaque[..., 3] = 255
+    archive = image_archive(tmp_path, {"glass.png": pixels, "wall.png": opaque})
+    blend = BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA
+    pairs = [
+        (Material(f"solid {name}", name), Material(f"blended {name}", name, blend=blend))
+        for name in ("glass.png", "wall.png")
+    ]
+    faces = [face for pair in pairs for material in pair for face in of(material, floor())]
+    gpu_scene = renderer.open(make_scene(faces, archive=archive))
+    (solid, blended), (wall, pane) = (map(gpu_scene.image_of, pair) for pair in pairs)
+    assert (solid.components, blended.components) == (3, 4)
+    assert wall is pane
+    assert wall.components == 3

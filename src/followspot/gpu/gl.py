@@ -14,7 +14,7 @@ SRGB8_ALPHA8 = 0x8C43
 FRAMEBUFFER_SRGB = 0x8DB9
 
 
-def flush(context: moderngl.Context) -> Callable[[], None]:
+def flush_function(context: moderngl.Context) -> Callable[[], None]:
     """A context's glFlush: what has been drawn so far is begun with now."""
     address = context.mglo._context.load("glFlush")
     return ctypes.CFUNCTYPE(None)(address)

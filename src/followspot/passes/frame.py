@@ -110,7 +110,7 @@ class FramePipeline:
         self._gpu_scene = gpu_scene
         self._bounds = gpu_scene.scene.bounds
         self._triangle_count = gpu_scene.scene.triangle_count
-        self._flush = gl.flush(context)
+        self._flush = gl.flush_function(context)
         context.front_face = "cw"  # as in Quake's files
         self._folder = ShaderFolder(shaders)
         self._visible = VisibleFaces(gpu_scene.scene)

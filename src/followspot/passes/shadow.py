@@ -65,9 +65,8 @@ class ShadowPass:
         self._placed: object = None
         self._placing: list[tuple[Any, ...]] = []
         self._drawn: dict[Place, object] = {}  # what is in the level's tiles
-        self._maps: list[
-            ShadowMap
-        ] = []  # with characters the level's alone, then the one with theirs
+        # With characters two: the level's alone, then the one with theirs.
+        self._maps: list[ShadowMap] = []
         self._covered: dict[Place, Covering] = {}  # by them
         self.redrawn = False
         self.version = 0
