@@ -146,13 +146,22 @@ def test_the_bound_is_reached_by_a_parabola_and_by_a_saddle() -> None:
     saddle = plane(3, 3)
     saddle["position"][..., 2] = np.outer([-1, 0, 1], [-4, 0, 4])  # T = 4
     assert cut(saddle, tolerance=1.0).grid_size.tolist() == [[3, 3]]
-    assert cut(saddle, tolerance=0.99).grid_size.tolist() == [[4, 4]]
+    assert cut(saddle, tolerance=0.99).grid_size.tolist() == [[3, 4]]  # T / 6 is enough
     one_cell = cut(saddle, tolerance=4.0)
     assert one_cell.grid_size.tolist() == [[2, 2]]
     t = np.array([0.5])
     centre = surface(saddle["position"], t, t)[0, 0]
     diagonal = vertex_grid(one_cell, 0)["position"][[0, 1], [1, 0]].mean(axis=0)
     assert np.linalg.norm(centre - diagonal) == 4.0
+
+
+def test_bends_that_point_different_ways_do_not_add_up() -> None:
+    """Both are 128 long: where they meet, points miss by 32 sqrt(2) = 45.3 and not by 64."""
+    grid = plane(3, 3)
+    grid["position"][:, 1, 2] = 64
+    grid["position"][1, :, 1] += 64
+    assert cut(grid, tolerance=49.0).grid_size.tolist() == [[2, 2]]
+    assert cut(grid, tolerance=45.0).grid_size.tolist() != [[2, 2]]
 
 
 def test_flat_pieces_get_two_triangles_each_however_unevenly_they_are_spaced() -> None:

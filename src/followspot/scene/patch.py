@@ -215,31 +215,9 @@ def _evaluate(
         for name in VERTEX.fields or ():
             # Adding 0 turns -0 into 0: the same place, but not the same bits.
             values = control[name][pieces[member]].astype(np.float64) + 0.0
-            curves = _blend(values.swapaxes(0, 1), along_v)  # (v, m, 3, k)
-            points = _blend(curves.transpose(2, 1, 0, 3), along_u)  # (u, m, v, k)
+            curves = patch_segments.on_curves(values.swapaxes(0, 1), along_v)  # (v, m, 3, k)
+            points = patch_segments.on_curves(curves.transpose(2, 1, 0, 3), along_u)  # (u, m, v, k)
             vertices[name][target] = points.transpose(1, 2, 0, 3)
-
-
-def _blend(control: Floats, segments: int) -> Floats:
-    """Points of quadratic Bezier curves at equal steps of their parameter.
-
-    Exact at the ends, and equal bit by bit for a curve and its reverse, since rounding does not
-    see the order of two summands. On a border the other direction's blend is therefore exact, and
-    it makes no difference which comes first.
-
-    Args:
-        control: (3, ...) control points.
-        segments: Number n of steps.
-
-    Returns:
-        (n + 1, ...) points.
-    """
-    after = np.arange(segments + 1).reshape(-1, *[1] * (control.ndim - 1))
-    before = segments - after
-    start, middle, end = control
-    ends = start * (before * before / segments**2) + end * (after * after / segments**2)
-    points: Floats = ends + middle * (2 * before * after / segments**2)
-    return points
 
 
 def _triangles(
