@@ -98,6 +98,21 @@ def test_another_skin(tmp_path: Path) -> None:
     assert player.problems == ()
 
 
+def test_a_player_without_a_default_skin_wears_the_first_that_all_parts_have(
+    tmp_path: Path,
+) -> None:
+    folder = write_player(tmp_path)
+    for part in PARTS:
+        (folder / f"{part}_default.skin").unlink()
+        (folder / f"{part}_red.skin").write_text("l_legs,red.tga\nbelt,red.tga")
+        (folder / f"{part}_gold.skin").write_text("l_legs,gold.tga\nbelt,gold.tga")
+    (folder / "head_gold.skin").unlink()
+    player = load(tmp_path)
+    assert player.skin == "red"
+    assert player.parts["lower"].textures == ("red.tga", "red.tga")
+    assert player.problems == ()
+
+
 def test_missing_and_broken_files_are_listed_and_the_rest_stands(tmp_path: Path) -> None:
     folder = write_player(tmp_path)
     (folder / "upper.md3").unlink()
