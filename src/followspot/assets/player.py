@@ -76,9 +76,9 @@ def load_player(archive: Archive, name: str) -> Player:
         AssetError: There is no such player (the message proposes close names), or none of its
             parts can be read. All else that is wrong is in `Player.problems`.
     """
-    name, _, skin = normalise(name).partition("/")
+    name, _, asked = normalise(name).partition("/")
     folder = f"{FOLDER}{name}/"
-    skin = skin or _first_skin(archive, folder)
+    skin = asked or _first_skin(archive, folder)
     players = list_players(archive)
     if name not in players:
         close = ", ".join(difflib.get_close_matches(name, players)) or ", ".join(players)
@@ -95,9 +95,12 @@ def load_player(archive: Archive, name: str) -> Player:
             problems.append(error)
             return None
 
+    if skin not in (asked, DEFAULT_SKIN):
+        found = f"none; it wears {skin}"
+        problems.append(AssetError(folder, expected=f"*_{DEFAULT_SKIN}.skin", found=found))
     models = {part: read(f"{folder}{part}.md3", read_md3) for part in PARTS}
     if not any(models.values()):
-        raise problems[0]
+        raise problems[-len(PARTS)]
     parts: dict[str, Part] = {}
     for part, model in models.items():
         if model is not None:
