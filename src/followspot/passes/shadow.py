@@ -176,6 +176,10 @@ class ShadowPass:
         if tiles and (self.redrawn or characters_moved):
             self.version += 1
 
+    def forget(self) -> None:
+        """Draw every tile anew in the next frame, whatever is in it now."""
+        self._drawn = {}
+
     def _draw_characters(self, settings: Settings, anew: set[Place]) -> None:
         """Put the level's depth back where characters were or are to be; draw them over it."""
         level, sampled = self._maps

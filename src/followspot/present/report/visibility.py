@@ -179,7 +179,7 @@ def fitted(
     aspect, far = size[0] / size[1], camera.far_for(*scene.bounds)
     clip_from_world = camera.clip_from_view(aspect, far) @ camera.view_from_world
     visible = VisibleFaces(scene)
-    visible.update(camera.position, clip_from_world, cull=True, with_blended=False)
+    visible.update(camera.position, clip_from_world, cull=True)
     faces = scene.mesh.faces
     everything = shadow_fit.outlines(light, Boxes(faces["mins"], faces["maxs"]))
     receivers = visible.receivers if settings.shadow_fit else None
