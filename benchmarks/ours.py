@@ -50,7 +50,7 @@ def open_scene(
     except FollowspotError as error:
         raise BenchmarkError(str(error)) from None
     camera = parse_camera(view.camera, None, scene)
-    scene = with_chosen_light(scene, camera)
+    scene = with_chosen_light(scene, [camera])
     return replace(scene, settings=msgspec.structs.replace(scene.settings, **settings)), camera
 
 

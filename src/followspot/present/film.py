@@ -24,7 +24,7 @@ from rich.text import Text
 from followspot.errors import UsageError
 from followspot.passes.view import View
 from followspot.present import arguments, video, workers
-from followspot.present.frames import Film, FilmCamera, Picture, exposure_for
+from followspot.present.frames import Film, FilmCamera, Picture, exposure_for, lit_along
 from followspot.present.renderer import named
 from followspot.present.still import Wish, open_scene
 from followspot.present.video import Shape, Written
@@ -196,6 +196,7 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
         raise UsageError(f"--fps: expected 1 to 240 frames a second, found {film_wish.fps:g}")
     scene, _ = open_scene(scene_name, wish)
     path = _path(scene, film_wish)
+    scene = lit_along(scene, path)
     fps = Fraction(film_wish.fps).limit_denominator(1001)
     count = max(1, round(path.seconds * fps))
     if count > MAX_FRAMES:

@@ -15,6 +15,7 @@ from followspot.passes.average import AveragePass
 from followspot.passes.frame import FrameInput
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
+from followspot.scene.load import with_chosen_light
 from followspot.scene.path import CameraPath
 from followspot.scene.scene import Scene
 
@@ -24,6 +25,9 @@ Picture = NDArray[Any]
 SHUTTER = 0.5
 """Share of a frame's time that the shutter is open where there is motion blur: a film camera's 180
 degrees."""
+
+LOOKS = 16
+"""Moments of a path at which is looked at what a light is chosen for."""
 
 EXPOSURES = 9
 """Moments of a film that its one exposure is the median of."""
@@ -131,6 +135,13 @@ class FilmCamera:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def lit_along(scene: Scene, path: CameraPath) -> Scene:
+    """The scene; where its light was chosen, under one that is chosen for all of a path."""
+    if not scene.lights_chosen:
+        return scene
+    return with_chosen_light(scene, [path.camera(t) for t in np.linspace(0, path.seconds, LOOKS)])
 
 
 def exposure_for(scene: Scene, path: CameraPath, view: View) -> float:
