@@ -60,6 +60,8 @@ def start(name: str, wish: Wish) -> State:
         lamps=tuple(Lamp(light) for light in lights) or state.lamps,
         assets=tuple(wish.assets),
         time=wish.time,
+        items=wish.items,
+        animation=wish.animation,
     )
 
 
