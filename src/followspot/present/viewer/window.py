@@ -118,6 +118,7 @@ class Viewer:
             implot.create_context()
             to_close.callback(implot.destroy_context)
             context = window_context()
+            to_close.callback(context.release)
             self.renderer = to_close.enter_context(Renderer(self._size, context))
             self._pointer = Pointer()
             self._inspector = Inspector(context)
