@@ -275,6 +275,8 @@ def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
         (FilmWish(max_bytes=9), {}, "frames/", "--max-bytes"),
         (FilmWish(path="tower"), {}, "x.mp4", "no path is named 'tower'; there are tour, auto"),
         (FilmWish(fps=0), {}, "x.mp4", "--fps"),
+        (FilmWish(samples=0), {}, "x.mp4", "--samples"),
+        (FilmWish(samples=film.MAX_SAMPLES + 1), {}, "x.mp4", "--samples: expected 1 to 256"),
         (FilmWish(fps=float("nan")), {}, "x.mp4", "--fps"),
         (FilmWish(seconds=0), {}, "x.mp4", "--seconds"),
         (FilmWish(seconds=float("inf")), {}, "x.mp4", "--seconds"),

@@ -35,6 +35,7 @@ from followspot.scene.scene import Scene
 
 MAX_FRAMES = 1_000_000
 MAX_SAMPLES = 256
+"""Moments that can be averaged for a frame."""
 
 
 @dataclass(frozen=True)
@@ -196,6 +197,10 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
         )
     if not 1 <= film_wish.fps <= 240:
         raise UsageError(f"--fps: expected 1 to 240 frames a second, found {film_wish.fps:g}")
+    if not 1 <= film_wish.samples <= MAX_SAMPLES:
+        raise UsageError(
+            f"--samples: expected 1 to {MAX_SAMPLES} moments, found {film_wish.samples}"
+        )
     scene, _ = open_scene(scene_name, wish)
     path = _path(scene, film_wish)
     fps = Fraction(film_wish.fps).limit_denominator(1001)
