@@ -26,7 +26,17 @@ from followspot.scene.scene import Scene
 
 SIZE = (640, 480)
 
-__all__ = ["SIZE", "Renderer", "Timing", "bench", "draw", "frame_times", "open_scene", "program", "run"]
+__all__ = [
+    "SIZE",
+    "Renderer",
+    "Timing",
+    "bench",
+    "draw",
+    "frame_times",
+    "open_scene",
+    "program",
+    "run",
+]
 
 
 class Bench(msgspec.Struct):
