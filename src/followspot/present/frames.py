@@ -150,5 +150,7 @@ def exposure_for(scene: Scene, path: CameraPath, view: View) -> float:
         return scene.settings.exposure or 1.0
     with Renderer((160, 120)) as renderer:
         moments = np.linspace(0, path.seconds, EXPOSURES)
-        cameras = [path.camera(time) for time in moments]
-        return float(np.median([renderer.exposure(scene, camera) for camera in cameras]))
+        found = [
+            renderer.exposure(scene, path.camera(time), time=time) for time in moments.tolist()
+        ]
+        return float(np.median(found))
