@@ -37,7 +37,7 @@ class ShadowPass:
 
     Attributes:
         redrawn: Whether the last call drew the level into any tile.
-        version: Another number whenever something has been drawn.
+        version: Counts up whenever anything is drawn into the atlas.
         triangle_count: The level's triangles that were drawn last.
         draw_count: Draw calls that it took.
         size: Texels along a tile's edge.
