@@ -32,6 +32,6 @@ FRAME = np.dtype(
 )
 
 
-def columns(matrix: Mat4) -> NDArray[np.float32]:
+def column_major(matrix: Mat4) -> NDArray[np.float32]:
     """A (4, 4) matrix in the column-major order in which GL reads it: the one transposition."""
     return np.ascontiguousarray(matrix.T, np.float32)

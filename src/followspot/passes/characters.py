@@ -221,7 +221,7 @@ class CharacterPass:
             clip_from_world: The light's.
             cull: Which faces are left out.
         """
-        matrix = blocks.columns(clip_from_world)
+        matrix = blocks.column_major(clip_from_world)
         for shadow in self._shadows:
             program.set_uniform(shadow.program, "clip_from_world", matrix)
         choice = self._casting[number]

@@ -267,8 +267,8 @@ class FramePipeline:
         if self._gpu_scene.frame_block_holds == wanted:
             return
         block = np.zeros((), blocks.FRAME)
-        block["clip_from_world"] = blocks.columns(clip_from_world)
-        block["direction_from_clip"] = blocks.columns(
+        block["clip_from_world"] = blocks.column_major(clip_from_world)
+        block["direction_from_clip"] = blocks.column_major(
             lighting.direction_from_clip(clip_from_view, frame.camera.view_from_world)
         )
         self.shadow.write_tiles(block, settings)

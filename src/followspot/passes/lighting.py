@@ -68,7 +68,7 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     macros: dict[str, int | str] = {
         "EMISSION": f"{settings.emission:.9g}",
         "SHADOW_TAPS": settings.shadow_taps,
-        "SHADOW_COLUMNS": shadow_tiles.columns(settings),
+        "SHADOW_COLUMNS": shadow_tiles.tiles_per_light(settings),
         "NEAR_REACH": f"{shadow_tiles.near_reach(settings):.9g}",
         "SHADOW_BIAS": f"{settings.shadow_bias:.9g}",
     }

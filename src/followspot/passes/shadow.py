@@ -29,13 +29,13 @@ from followspot.passes.shadow_map import ShadowMap
 from followspot.passes.shadow_tiles import Place, ShadowTiles, Tile
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
-from followspot.spaces import Mat4
 
 
 class ShadowPass:
     """The atlas, the two programs that fill it, and what is in it now.
 
     Attributes:
+        layout: Where its tiles are in it, and what casts into them.
         redrawn: Whether the last call drew the level into any tile.
         version: Counts up whenever anything is drawn into the atlas.
         triangle_count: The level's triangles that were drawn last.
@@ -61,7 +61,7 @@ class ShadowPass:
         self._rectangles = context.buffer(reserve=most * 16, dynamic=True)
         self._restore = Shader(context, folder, "restore", self._rectangle_array)
         self.shaders = [self._solid, self._cut_out, self._restore]
-        self._tiles = ShadowTiles(gpu_scene.scene)
+        self.layout = ShadowTiles(gpu_scene.scene)
         self._placed: object = None
         self._placing: list[tuple[Any, ...]] = []
         self._drawn: dict[Place, object] = {}  # what is in the level's tiles
@@ -83,7 +83,7 @@ class ShadowPass:
 
     def reserve(self, light_count: int, settings: Settings) -> None:
         """Make room for so many lights' maps. Not to be called inside a frame."""
-        size, columns = shadow_tiles.tile_size(settings), shadow_tiles.columns(settings)
+        size, columns = shadow_tiles.tile_size(settings), shadow_tiles.tiles_per_light(settings)
         wanted = columns * size, size * max(light_count, 1)
         if self._maps and (self.atlas.size == wanted or light_count == 0):
             return
@@ -104,7 +104,7 @@ class ShadowPass:
     @property
     def tiles(self) -> tuple[Tile, ...]:
         """What the atlas holds: the first light's wide tile, its near one if any, and so on."""
-        return self._tiles.tiles
+        return self.layout.tiles
 
     def tiles_of(self, number: int) -> tuple[Tile, ...]:
         """Those of light `number`; none if it has no shadow map."""
@@ -123,7 +123,7 @@ class ShadowPass:
             settings: Of them the shadow settings are read.
             receivers: What the camera sees, the same object while it is the same.
         """
-        if lights and self._tiles.fit(lights, settings, receivers if settings.shadow_fit else None):
+        if lights and self.layout.fit(lights, settings, receivers if settings.shadow_fit else None):
             self._indices.write(np.concatenate([tile.casters.indices for tile in self.tiles]))
 
     def write_tiles(self, block: NDArray[np.void], settings: Settings) -> None:
@@ -145,9 +145,9 @@ class ShadowPass:
 
     def _place(self, tile: Tile, settings: Settings) -> tuple[Any, ...]:
         """What a light's surfaces are looked up by, from its wide tile."""
-        (right, up), depth = self.offsets(tile, settings)
-        into_wide = blocks.columns(self.atlas_from_world(tile))
-        return into_wide, self.near_from_wide()[tile.light], right, up, depth
+        (right, up), depth = self.layout.offsets(tile, settings.shadow_normal_offset, self.size)
+        into_wide = blocks.column_major(self.layout.atlas_from_world(tile))
+        return into_wide, self.layout.near_from_wide()[tile.light], right, up, depth
 
     def draw(self, settings: Settings, *, is_used: bool, characters_moved: bool) -> None:
         """Bring the atlas up to date for what was fitted last.
@@ -210,18 +210,6 @@ class ShadowPass:
         )
         self._context.depth_func = "<"
 
-    def atlas_from_world(self, tile: Tile) -> Mat4:
-        """World to the atlas through a tile."""
-        return self._tiles.atlas_from_world(tile)
-
-    def near_from_wide(self) -> NDArray[np.float64]:
-        """`ShadowTiles.near_from_wide`."""
-        return self._tiles.near_from_wide()
-
-    def offsets(self, tile: Tile, settings: Settings) -> tuple[NDArray[np.float64], float]:
-        """`ShadowTiles.offsets` of a wide tile."""
-        return self._tiles.offsets(tile, settings.shadow_normal_offset, self.size)
-
     @contextmanager
     def _drawing_into(self, target: ShadowMap, settings: Settings) -> Iterator[None]:
         """Bind a map and set what casters of all kinds are drawn with."""
@@ -247,7 +235,7 @@ class ShadowPass:
                 target.choose(tile.place)
                 if len(anew) < len(self.tiles):
                     target.framebuffer.clear()
-                matrix = blocks.columns(tile.frustum.clip_from_world)
+                matrix = blocks.column_major(tile.frustum.clip_from_world)
                 for shader in (self._solid, self._cut_out):
                     program.set_uniform(shader.program, "clip_from_world", matrix)
                 self._draw_casters(tile.casters, base, settings.shadow_cull)

@@ -29,14 +29,14 @@ Place = tuple[int, int]
 """Column and row in the atlas, in tiles."""
 
 
-def columns(settings: Settings) -> int:
-    """Tiles that a light has room for."""
+def tiles_per_light(settings: Settings) -> int:
+    """Tiles that a light has room for, next to each other."""
     return 2 if settings.shadow_fit else 1
 
 
 def tile_size(settings: Settings) -> int:
     """Texels along a tile's edge: a light's tiles together have those of a map of the set size."""
-    return round(settings.shadow_map_size / math.sqrt(columns(settings)))
+    return round(settings.shadow_map_size / math.sqrt(tiles_per_light(settings)))
 
 
 def near_reach(settings: Settings) -> float:
@@ -70,7 +70,8 @@ class Tile:
     @cached_property
     def seam(self) -> float:
         """Width of the strip along the near tile's edges in which lookups may still read this tile,
-        as a share of an edge."""
+        as a share of an edge.
+        """
         assert self.finer is not None
         low, high = _edges(self.finer)
         reach = shadow_fit.MARGIN * (self.finer.texels + self.frustum.texels)
@@ -130,7 +131,7 @@ class ShadowTiles:
         Returns:
             Whether any tile, or their order, is new.
         """
-        size, self._columns = tile_size(settings), columns(settings)
+        size, self._columns = tile_size(settings), tiles_per_light(settings)
         wanted = ((size, settings.shadow_cull), receivers)
         if lights == self._lights and wanted == self._fitted:
             return False

@@ -259,7 +259,7 @@ def _light_space(
     two_sided = surface.material.sides is not Sides.FRONT
     if two_sided:
         normals, cosine = np.where(cosine < 0, -normals.T, normals.T).T, np.abs(cosine)
-    axes, texel_in_depth = shadow.offsets(wide, settings)
+    axes, texel_in_depth = shadow.layout.offsets(wide, settings.shadow_normal_offset, shadow.size)
     across = normals @ axes[:, :3].T
     depth = np.zeros(3)
     if two_sided or settings.shadow_cull is not CullFace.FRONT:
@@ -271,11 +271,11 @@ def _light_space(
         depth = _LIT_SIDE * (cosine + (deepens - cosine) * facing)
         across = across * (_LIT_SIDE + (1 - _LIT_SIDE) * facing)[:, np.newaxis]
     places = np.c_[corners + normals * settings.shadow_bias, np.ones(3)]
-    places = places @ shadow.atlas_from_world(wide).T
+    places = places @ shadow.layout.atlas_from_world(wide).T
     offsets = np.c_[across * axes[:, 3] * places[:, 3:], texel_in_depth * depth]
     place, offset = surface.weights @ places, surface.weights @ offsets
     if near:
-        scale, shift = np.split(shadow.near_from_wide()[number], 2)
+        scale, shift = np.split(shadow.layout.near_from_wide()[number], 2)
         there = place[:2] * scale + place[3] * shift + offset[:2]
         tiles = np.array(shadow.atlas.size) / shadow.size
         middle = (np.array(near[0].place) + 0.5) / tiles
