@@ -5,7 +5,9 @@ from typing import Any, Self
 
 _ENABLE, _SYNCHRONOUS = 0x92E0, 0x8242  # GL_DEBUG_OUTPUT and its synchronous kind
 _APPLICATION, _ERROR, _HIGH = 0x824A, 0x824C, 0x9146
-_KINDS = ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "Program", "VertexArray")
+_KINDS = (
+    "Texture", "Buffer", "Framebuffer", "Renderbuffer", "Program", "VertexArray", "Sampler"
+)  # fmt: skip
 
 
 def gl_function(name: str, result: Any, *arguments: Any) -> Any:
