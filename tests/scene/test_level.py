@@ -111,6 +111,14 @@ def test_brush_models_stand_at_their_entities_origins() -> None:
     assert built.mesh.faces["mins"].tolist() == [[-8, -8, 0], [92, -28, 3.5], [-8, -8, 0]]
 
 
+@pytest.mark.parametrize("model", ["*0", "*-1", "*3", "*\u00b2", "*" + "9" * 5000, "*", "* 1"])
+def test_what_names_no_brush_model_moves_nothing(model: str) -> None:
+    entities = ({"classname": "func_door", "model": model, "origin": "1 2 3"},)
+    models = records("models", first_face=[0, 1, 2], face_count=[1, 1, 1])
+    built = build(squares([(0, 0, 0)] * 3, [0] * 3, [0], models=models, entities=entities))
+    assert built.mesh.faces["mins"].tolist() == [[-8, -8, 0]] * 3
+
+
 def test_normals_are_of_length_one_and_missing_ones_those_of_the_front() -> None:
     bsp = squares([(0, 0, 0), (50, 0, 0)], [0, 0], [0])
     bsp.vertices["normal"][4:] = 0

@@ -149,16 +149,23 @@ def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
     """(faces, 3) units by which a face moves: the origin of the entity that places its model."""
     origins = np.zeros((len(bsp.models), 3), np.float32)
     for entity in bsp.entities:
-        name = entity.get("model", "")
-        if name.startswith("*") and name[1:].isdigit() and int(name[1:]) < len(origins):
-            origin = entity_vector(entity, "origin")
-            if origin is not None:
-                origins[int(name[1:])] = origin
+        number, origin = model_number(bsp, entity), entity_vector(entity, "origin")
+        if number is not None and origin is not None:
+            origins[number] = origin
     offsets = np.zeros((len(bsp.faces), 3), np.float32)
     for model, moved in zip(bsp.models, origins, strict=True):
         first = model["first_face"]
         offsets[first : first + model["face_count"]] = moved
     return offsets
+
+
+def model_number(bsp: BspFile, entity: dict[str, str]) -> int | None:
+    """Which brush model an entity places, if it does; never the world, which stands by itself."""
+    name = entity.get("model", "")
+    if not (name.startswith("*") and name[1:].isdecimal() and len(name) < 9):
+        return None
+    number = int(name[1:])
+    return number if 0 < number < len(bsp.models) else None
 
 
 def entity_vector(entity: dict[str, str], key: str) -> NDArray[np.float64] | None:

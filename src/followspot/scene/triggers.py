@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile
 from followspot.scene import solids
-from followspot.scene.collision import Box, Probe, model_number
-from followspot.scene.level import entity_angles, entity_vector
+from followspot.scene.collision import Box, Probe
+from followspot.scene.level import entity_angles, entity_vector, model_number
 from followspot.scene.slide import GRAVITY
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
