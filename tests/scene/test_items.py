@@ -36,11 +36,13 @@ def found(files: FigureFiles, *entities: dict[str, str]) -> list[Character]:
 def test_items_fall_and_those_that_hang_do_not(tmp_path: Path) -> None:
     files = game(tmp_path, "powerups/armor/armor_red")
     entity = {"classname": "Item_Armor_Body", "origin": "8 4 200"}
-    fallen, hanging, broken = found(
-        files, entity, entity | {"spawnflags": "1"}, entity | {"spawnflags": "-x"}
+    flags = "0", "1", " 1", "-x"
+    fallen, hanging, also_hanging, broken = found(
+        files, *(entity | {"spawnflags": text} for text in flags)
     )
     np.testing.assert_allclose(fallen.walk.places, [[8, 4, -16 + 15, 0]])
     np.testing.assert_allclose(hanging.walk.places, [[8, 4, 200, 0]])
+    np.testing.assert_allclose(also_hanging.walk.places, hanging.walk.places)
     np.testing.assert_allclose(broken.walk.places, fallen.walk.places)
     assert fallen.figure is hanging.figure
 

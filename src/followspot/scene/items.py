@@ -17,7 +17,7 @@ from followspot.scene.character import Character
 from followspot.scene.figure import Figure
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
-from followspot.scene.level import entity_vector
+from followspot.scene.level import entity_flags, entity_vector
 
 ABOVE_FLOOR = 15.0
 """Units from an item's origin down to the floor (``ITEM_RADIUS``)."""
@@ -135,8 +135,7 @@ def _found(bsp: BspFile) -> Iterator[_Item]:
         kind = entity.get("classname", "").lower()
         origin = entity_vector(entity, "origin")
         if kind in MODELS and origin is not None:
-            flags = entity.get("spawnflags", "0")
-            hangs = flags.isdecimal() and bool(int(flags) & SUSPENDED)
+            hangs = bool(entity_flags(entity) & SUSPENDED)
             yield _Item(number, kind, (origin[0], origin[1], origin[2]), hangs)
 
 

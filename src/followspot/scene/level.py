@@ -1,6 +1,7 @@
 """From the records of a BSP file to one mesh, its materials and what can see what."""
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -16,6 +17,8 @@ from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
 
 PATCH_TOLERANCE = 1.0
 """Units by which a patch's triangles may miss the curved surface: 3 cm."""
+
+_FLAGS = re.compile(r"\s*([+-]?[0-9]{1,8})", re.ASCII)
 
 FindScript = Callable[[str], ShaderScript | None]
 
@@ -187,6 +190,12 @@ def entity_angles(entity: dict[str, str]) -> tuple[float, float]:
     except ValueError:
         return 0.0, 0.0
     return (yaw if math.isfinite(yaw) else 0.0), 0.0
+
+
+def entity_flags(entity: dict[str, str]) -> int:
+    """An entity's ``spawnflags`` as C's ``atoi`` reads them, but no more than eight digits."""
+    match = _FLAGS.match(entity.get("spawnflags", ""))
+    return int(match.group(1)) if match else 0
 
 
 def _moved_vertices(

@@ -15,7 +15,7 @@ from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile
 from followspot.scene import solids
 from followspot.scene.collision import Box, Probe
-from followspot.scene.level import entity_angles, entity_vector, model_number
+from followspot.scene.level import entity_angles, entity_flags, entity_vector, model_number
 from followspot.scene.slide import GRAVITY
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
@@ -87,14 +87,9 @@ def _trigger(
         return None
     if kind == "trigger_push" and place[2] > middle[2]:
         return JumpPad(_launch(middle, place))
-    if kind == "trigger_teleport" and not _is_for_spectators(entity):
+    if kind == "trigger_teleport" and not entity_flags(entity) & _SPECTATORS_ONLY:
         return Teleporter(vec3(place), entity_angles(target)[0])
     return None
-
-
-def _is_for_spectators(entity: dict[str, str]) -> bool:
-    flags = entity.get("spawnflags", "0")
-    return flags.isdecimal() and len(flags) < 9 and bool(int(flags) & _SPECTATORS_ONLY)
 
 
 def _launch(start: NDArray[np.float64], apex: NDArray[np.float64]) -> Vec3:
