@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from followspot.levelbuilder import Level, Material, Surface
+from followspot.assets.bsp import read_bsp
+from followspot.levelbuilder import Level, Material, Surface, compile_level, room
 from followspot.levelbuilder.lights import find_lights, lit, lit_volume
 from followspot.levelbuilder.raycast import Occluders, passed_along, passed_to
 
@@ -46,6 +47,23 @@ def test_rays_towards_a_lamp_agree_with_brute_force(scene: Occluders) -> None:
     expected = brute_force(scene, points, np.tile(lamp, (80, 1)))
     assert 5 < (expected == 1).sum() < 75
     np.testing.assert_allclose(passed_to(scene, points, lamp), expected)
+
+
+@pytest.mark.parametrize(("lit_wall", "elevation"), [("+z", 40), ("-z", -40)])
+def test_a_level_with_nothing_that_faces_its_sun_is_lit_by_the_rest(
+    lit_wall: str, elevation: int
+) -> None:
+    script = f"q3map_sun 1 1 1 100 0 {elevation}"
+    sky = Material("textures/test/sky", surface=Surface.SKY | Surface.NOLIGHTMAP, script=script)
+    stone = Material("textures/test/stone", (64, 64), 1.0)
+    level = Level(ambient=(20.0, 30.0, 40.0))
+    level.add(room((-64, -64, 0), (64, 64, 64), sky, faces={lit_wall: stone}))
+    level.spawn(0, 0, floor=0)
+    bsp = read_bsp(compile_level(level), "x.bsp")
+    (face,) = bsp.faces[bsp.faces["lightmap"] >= 0]
+    (x, y), (width, height) = face["lightmap_corner"], face["lightmap_size"]
+    page = bsp.lightmaps[face["lightmap"], y : y + height, x : x + width]
+    assert (page == (20, 30, 40)).all()
 
 
 def test_a_sun_lights_by_the_cosine_and_a_lamp_by_the_square_of_its_distance() -> None:

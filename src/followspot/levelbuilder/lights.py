@@ -124,7 +124,7 @@ def lit_volume(lights: Lights, occluders: Occluders, points: Array) -> tuple[Arr
     ambient = np.tile(lights.ambient, (len(points), 1))
     directed, towards = np.zeros_like(points), np.zeros_like(points)
     for i, (direction, color) in enumerate(zip(lights.directions, lights.colors, strict=True)):
-        passed = passed_along(occluders, points, direction)[:, None] if len(points) else 0.0
+        passed = passed_along(occluders, points, direction)[:, None]
         if i < lights.suns:
             directed += passed * color
             towards += passed * direction * color.sum()
