@@ -78,6 +78,15 @@ def test_a_sun_lights_by_the_cosine_and_a_lamp_by_the_square_of_its_distance() -
     np.testing.assert_allclose(lights.directions[0], [0, np.cos(np.pi / 6), 0.5], atol=1e-12)
 
 
+def test_the_suns_of_both_spellings_light() -> None:
+    script = "q3map_sunExt 1 1 1 100 0 90 2 16\nq3map_SUN 1 1 1 50 0 90"
+    sky = Material("sky", surface=Surface.SKY, script=script)
+    lights = find_lights([], [sky], np.zeros(3))
+    light = lit(lights, NOTHING, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
+    np.testing.assert_allclose(light, [[150, 150, 150]])
+    assert lights.suns == 2
+
+
 def test_a_level_surface_under_the_open_sky_gets_the_skys_value() -> None:
     sky = Material("sky", surface=Surface.SKY, script="q3map_skyLight 80 3")
     lights = find_lights([], [sky], np.zeros(3))

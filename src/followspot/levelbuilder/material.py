@@ -10,6 +10,11 @@ from enum import IntFlag
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.assets.bsp import LUMPS
+from followspot.assets.shader_parser import find_entries
+from followspot.assets.shader_script import ShaderScript
+from followspot.errors import UsageError
+
 
 class Surface(IntFlag):
     """Surface flags of a shader lump entry."""
@@ -53,9 +58,15 @@ PARMS: dict[str, int] = {
 }
 
 
+_LONGEST_NAME = LUMPS["shaders"]["name"].itemsize - 1  # a NUL ends it
+
+
 @dataclass(frozen=True)
 class Material:
     """One entry of the shader lump, and the shader script that goes with it.
+
+    Raises:
+        UsageError: The name is too long for the file, or the script is none that the engine knows.
 
     Attributes:
         name: Shader name, as ``textures/yard/brick``; also the image path without a script.
@@ -77,6 +88,21 @@ class Material:
     opacity: float = 1.0
     script: str = ""
     image: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.name.isascii() or len(self.name) > _LONGEST_NAME:
+            raise UsageError(
+                f"a material's name has at most {_LONGEST_NAME} ASCII characters: {self.name!r}"
+            )
+        entries, problems = find_entries(self.script_entry(), self.name)
+        problems += [problem for entry in entries for problem in entry.read().problems]
+        if problems:
+            raise UsageError(str(problems[0]))
+
+    @property
+    def shader(self) -> ShaderScript:
+        """The shader script entry as the renderer reads it."""
+        return find_entries(self.script_entry(), self.name)[0][0].read()
 
     @property
     def drawn(self) -> bool:
