@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from archive_fixtures import write_files, write_pak
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shader_fixtures import ParseResult, parse
@@ -333,6 +334,26 @@ class _Files:
 
     def source(self, name: str) -> str:
         return self.sources[name]
+
+    def root(self, name: str) -> int:
+        return 0
+
+
+@pytest.mark.parametrize("games", [("baseoa", "baseq3"), ("baseq3", "baseoa")])
+def test_an_entry_of_an_earlier_root_wins_whatever_its_script_is_called(
+    tmp_path: Path, games: tuple[str, str]
+) -> None:
+    roots = [tmp_path / game for game in games]
+    for root, script in zip(roots, ("z", "a"), strict=True):
+        text = f"textures/x {{ {root.name} }}"
+        write_pak(root / f"pak{script}.pk3", {f"scripts/{script}.shader": text})
+    write_files(roots[0], {"scripts/y.shader": "textures/y { loose }"})
+    write_pak(roots[1] / "pak0.pk3", {"scripts/y2.shader": "textures/y { packed }"})
+    with Archive.open(roots) as archive:
+        scripts = load_scripts(archive)
+        assert [archive.root(f"scripts/{name}.shader") for name in "za"] == [0, 1]
+    assert str(scripts["textures/x"].directives[0]) == games[0]
+    assert str(scripts["textures/y"].directives[0]) == "loose"
 
 
 def test_of_entries_with_one_name_the_engines_choice_wins() -> None:

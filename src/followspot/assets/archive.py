@@ -68,10 +68,15 @@ class Archive:
     """
 
     def __init__(
-        self, roots: Sequence[Path], files: dict[str, _LooseFile | PakEntry], paks: ExitStack
+        self,
+        roots: Sequence[Path],
+        files: dict[str, _LooseFile | PakEntry],
+        places: dict[str, int],
+        paks: ExitStack,
     ) -> None:
         self._roots = roots
         self._files: dict[str, _LooseFile | PakEntry | _HeldFile] = {**files}
+        self._places = places
         self._close = weakref.finalize(self, paks.close)
 
     @classmethod
@@ -84,24 +89,13 @@ class Archive:
                 byte). Such a pak is refused whole, and with it the archive: nothing is half loaded.
         """
         files: dict[str, _LooseFile | PakEntry] = {}
+        places: dict[str, int] = {}
         with ExitStack() as paks:
-
-            def add(path: Path) -> None:
-                pak = Pak(path)
-                paks.callback(pak.close)
-                files.update((normalise(entry.name), entry) for entry in pak.entries())
-
-            for root in reversed(roots):  # the winner is written last
-                if not isdir(root):
-                    add(root)
-                    continue
-                loose = _loose_files(root)
-                inner = [name for name in loose if name.endswith(".pk3") and "/" not in name]
-                # The engines compare in upper case, which puts `_` behind the letters.
-                for name in sorted(inner, key=str.upper):
-                    add(loose.pop(name).path)
-                files.update(loose)
-            return cls(roots, files, paks.pop_all())
+            for place, root in reversed([*enumerate(roots)]):  # the winner is written last
+                found = _in_folder(root, paks) if isdir(root) else _in_pak(root, paks)
+                files.update(found)
+                places.update(dict.fromkeys(found, place))
+            return cls(roots, files, places, paks.pop_all())
 
     @property
     def places(self) -> str:
@@ -130,6 +124,7 @@ class Archive:
         """
         name = normalise(name)
         self._files[name] = _HeldFile(data, source)
+        self._places.pop(name, None)
         return name
 
     def exists(self, name: str) -> bool:
@@ -148,6 +143,11 @@ class Archive:
         """Say where a file lies: `pak0.pk3:maps/q3dm1.bsp`, or a loose file's path."""
         return self._file(name).source
 
+    def root(self, name: str) -> int:
+        """Say which of the roots a file is read from, counted from 0; -1 for one that was added."""
+        self._file(name)
+        return self._places.get(normalise(name), -1)
+
     def names(self, prefix: str = "", suffix: str = "") -> list[str]:
         """List the normalised names that start and end so, sorted."""
         prefix, suffix = prefix.replace("\\", "/").lower(), suffix.lower()
@@ -158,6 +158,24 @@ class Archive:
         if file is None:
             raise AssetError(name, expected=f"a file in {self.places}", found="none")
         return file
+
+
+def _in_pak(path: Path, paks: ExitStack) -> dict[str, PakEntry]:
+    """Gather a pk3 file's entries by normalised name; it is closed with the others."""
+    pak = Pak(path)
+    paks.callback(pak.close)
+    return {normalise(entry.name): entry for entry in pak.entries()}
+
+
+def _in_folder(root: Path, paks: ExitStack) -> dict[str, _LooseFile | PakEntry]:
+    """Gather the files in a game folder and in its pk3 files by normalised name."""
+    files: dict[str, _LooseFile | PakEntry] = {}
+    loose = _loose_files(root)
+    inner = [name for name in loose if name.endswith(".pk3") and "/" not in name]
+    # The engines compare in upper case, which puts `_` behind the letters.
+    for name in sorted(inner, key=str.upper):
+        files.update(_in_pak(loose.pop(name).path, paks))
+    return {**files, **loose}
 
 
 def _loose_files(root: Path) -> dict[str, _LooseFile]:
