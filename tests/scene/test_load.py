@@ -86,6 +86,14 @@ def test_scene_file_names_a_level_beside_it(opened: Open, tmp_path: Path) -> Non
     assert scene.mesh.triangle_count > 500 and scene.lights_chosen
 
 
+def test_a_bad_pak_in_a_game_folder_stops_no_scene_and_is_listed(tmp_path: Path) -> None:
+    bad = tmp_path / "download.pk3"
+    bad.touch()
+    scene = load("courtyard", [tmp_path])
+    with scene.archive:
+        assert [problem.source for problem in scene.problems] == [str(bad)]
+
+
 def test_scene_file_gives_lights_cameras_units_and_settings(opened: Open) -> None:
     text = """
         level = "courtyard"

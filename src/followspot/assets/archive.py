@@ -1,4 +1,4 @@
-"""Game folders and pk3 files as one read-only tree with case-insensitive names.
+"""Game folders and pk3 files as one tree with case-insensitive names.
 
 Quake 3 keeps its files in game folders (`baseq3`, OpenArena's `baseoa`): loose files, and pk3
 files, which are zip archives. Look-ups ignore case and the direction of slashes, and where
@@ -65,6 +65,9 @@ class Archive:
     """The files of several folders and pk3 files, read by name; a context manager.
 
     Names may be given in any case and with either slash. Reading is safe from several threads.
+
+    Attributes:
+        problems: The pk3 files in folders that were left out, and why.
     """
 
     def __init__(
@@ -72,8 +75,10 @@ class Archive:
         roots: Sequence[Path],
         files: dict[str, _LooseFile | PakEntry],
         places: dict[str, int],
+        problems: Sequence[AssetError],
         paks: ExitStack,
     ) -> None:
+        self.problems = tuple(problems)
         self._roots = roots
         self._files: dict[str, _LooseFile | PakEntry | _HeldFile] = {**files}
         self._places = places
@@ -84,18 +89,20 @@ class Archive:
         """Gather the names in `roots`: folders or pk3 files, an earlier one winning.
 
         Raises:
-            AssetError: A root is missing, unreadable or absurdly large, or a pk3 file is broken
-                or holds a name that leads out of it (`..`, an absolute path, a drive letter, a NUL
-                byte). Such a pak is refused whole, and with it the archive: nothing is half loaded.
+            AssetError: A root is missing, unreadable or absurdly large, or is a pk3 file that is
+                broken or holds a name that leads out of it (`..`, an absolute path, a drive letter,
+                a NUL byte). Such a pak in a folder is left out whole and is one of the `problems`:
+                nothing is half loaded, and a bad download stops no game.
         """
         files: dict[str, _LooseFile | PakEntry] = {}
         places: dict[str, int] = {}
+        problems: list[AssetError] = []
         with ExitStack() as paks:
             for place, root in reversed([*enumerate(roots)]):  # the winner is written last
-                found = _in_folder(root, paks) if isdir(root) else _in_pak(root, paks)
+                found = _in_folder(root, paks, problems) if isdir(root) else _in_pak(root, paks)
                 files.update(found)
                 places.update(dict.fromkeys(found, place))
-            return cls(roots, files, places, paks.pop_all())
+            return cls(roots, files, places, problems, paks.pop_all())
 
     @property
     def places(self) -> str:
@@ -167,14 +174,19 @@ def _in_pak(path: Path, paks: ExitStack) -> dict[str, PakEntry]:
     return {normalise(entry.name): entry for entry in pak.entries()}
 
 
-def _in_folder(root: Path, paks: ExitStack) -> dict[str, _LooseFile | PakEntry]:
-    """Gather the files in a game folder and in its pk3 files by normalised name."""
+def _in_folder(
+    root: Path, paks: ExitStack, problems: list[AssetError]
+) -> dict[str, _LooseFile | PakEntry]:
+    """Gather the files in a game folder and in its good pk3 files by normalised name."""
     files: dict[str, _LooseFile | PakEntry] = {}
     loose = _loose_files(root)
     inner = [name for name in loose if name.endswith(".pk3") and "/" not in name]
     # The engines compare in upper case, which puts `_` behind the letters.
     for name in sorted(inner, key=str.upper):
-        files.update(_in_pak(loose.pop(name).path, paks))
+        try:
+            files.update(_in_pak(loose.pop(name).path, paks))
+        except AssetError as error:
+            problems.append(error)
     return {**files, **loose}
 
 

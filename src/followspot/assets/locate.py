@@ -106,6 +106,7 @@ def locate_level(name_or_path: str, search: Sequence[Path]) -> tuple[Archive, st
         return archive, normalise(entry)
     with archive:
         found = _close_names(name, list_levels(archive))
+    found += "".join(f"; left out: {problem}" for problem in archive.problems)
     expected = f"a bsp or pk3 file, or the name of a level in {archive.places}"
     raise AssetError(name_or_path, expected=expected, found=found)
 

@@ -215,7 +215,7 @@ def _assemble(
         metres_per_unit=file.metres_per_unit,
         settings=file.settings,
         missing=tuple(missing.values()),
-        problems=(*scripts.problems, *trouble, *figures.problems),
+        problems=(*archive.problems, *scripts.problems, *trouble, *figures.problems),
     )
     if file.lights is None:
         scene = with_chosen_light(scene, scene.camera())
