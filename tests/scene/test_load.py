@@ -82,8 +82,9 @@ Open = Callable[[str], Scene]
 
 def test_scene_file_names_a_level_beside_it(opened: Open, tmp_path: Path) -> None:
     shutil.copy(BUILTIN / "courtyard.pk3", tmp_path / "yard.pk3")
-    scene = opened('level = "yard.pk3"')
-    assert scene.mesh.triangle_count > 500 and scene.lights_chosen
+    for level in ("yard.pk3", "yard.pk3:courtyard"):
+        scene = opened(f'level = "{level}"')
+        assert scene.mesh.triangle_count > 500 and scene.lights_chosen
 
 
 def test_a_bad_pak_in_a_game_folder_stops_no_scene_and_is_listed(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from followspot.assets import image
 from followspot.assets.archive import Archive
 from followspot.assets.bsp import BspFile, read_bsp
 from followspot.assets.image import Image
-from followspot.assets.locate import locate_level, search_path
+from followspot.assets.locate import file_of, locate_level, search_path
 from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.assets.model_file import root_of
 from followspot.assets.shader_parser import load_scripts
@@ -76,8 +76,9 @@ def load(
     roots: list[Path] = []
     if path is not None:
         file = scene_file.read(path)
-        beside = path.parent / file.level
-        wanted = str(beside) if isfile(beside) else file.level  # noqa: PTH113 - it never raises
+        beside = str(path.parent / file.level)
+        is_beside = isfile(file_of(beside))  # noqa: PTH113 - it never raises
+        wanted = beside if is_beside else file.level
         file, roots = _with_props_beside(file, path.parent.absolute())
     else:
         file, wanted = SceneFile(level=name), name
