@@ -85,6 +85,14 @@ def test_a_power_ups_ring_goes_the_other_way(tmp_path: Path) -> None:
     assert ring.walk.places[0, 2] - quad.walk.places[0, 2] == 12
 
 
+def test_second_models_that_the_game_never_draws_are_not_there(tmp_path: Path) -> None:
+    both = "powerups/armor/shard", "powerups/holdable/medkit"
+    files = game(tmp_path, *both, *(f"{model}_sphere" for model in both))
+    kinds = "item_armor_shard", "holdable_medkit"
+    shown = found(files, *({"classname": kind, "origin": "0 0 0"} for kind in kinds))
+    assert [item.figure.name for item in shown] == [f"models/{model}.md3" for model in both]
+
+
 def test_what_is_missing_is_listed_once_and_left_out(tmp_path: Path) -> None:
     files = game(tmp_path, "powerups/health/small_cross")
     entities = [

@@ -63,11 +63,11 @@ _HEALTH = {"_small": "small", "": "medium", "_large": "large", "_mega": "mega"}
 _POWER_UPS = ("quad", "enviro", "haste", "invis", "regen", "flight")
 
 MODELS: dict[str, tuple[str, ...]] = {
-    "item_armor_shard": ("powerups/armor/shard", "powerups/armor/shard_sphere"),
+    "item_armor_shard": ("powerups/armor/shard",),
     "item_armor_combat": ("powerups/armor/armor_yel",),
     "item_armor_body": ("powerups/armor/armor_red",),
     "holdable_teleporter": ("powerups/holdable/teleporter",),
-    "holdable_medkit": ("powerups/holdable/medkit", "powerups/holdable/medkit_sphere"),
+    "holdable_medkit": ("powerups/holdable/medkit",),
     "holdable_kamikaze": ("powerups/kamikazi",),
     "holdable_portal": ("powerups/holdable/porter",),
     "holdable_invulnerability": ("powerups/holdable/invulnerability",),
@@ -90,7 +90,8 @@ MODELS: dict[str, tuple[str, ...]] = {
     **{f"item_{n}": (f"powerups/instant/{n}", f"powerups/instant/{n}_ring") for n in _POWER_UPS},
 }
 """By class in lower case: models below ``models``, without ``.md3``; the second goes round the
-first."""
+first. The game's table has second models of armour shards and the medkit, too, but `CG_Item` draws
+those of health and power-ups alone."""
 
 
 class _Item(NamedTuple):
