@@ -192,6 +192,16 @@ def entity_angles(entity: dict[str, str]) -> tuple[float, float]:
     return (yaw if math.isfinite(yaw) else 0.0), 0.0
 
 
+def target_of(bsp: BspFile, entity: dict[str, str]) -> dict[str, str]:
+    """The first entity that another one names as its target, in any case; empty where none is.
+
+    Of several the game takes any.
+    """
+    name = entity.get("target", "").lower()
+    named = (e for e in bsp.entities if name and e.get("targetname", "").lower() == name)
+    return next(named, {})
+
+
 def entity_flags(entity: dict[str, str]) -> int:
     """An entity's ``spawnflags`` as C's ``atoi`` reads them, but no more than eight digits."""
     match = _FLAGS.match(entity.get("spawnflags", ""))

@@ -15,7 +15,13 @@ from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile
 from followspot.scene import solids
 from followspot.scene.collision import Box, Probe
-from followspot.scene.level import entity_angles, entity_flags, entity_vector, model_number
+from followspot.scene.level import (
+    entity_angles,
+    entity_flags,
+    entity_vector,
+    model_number,
+    target_of,
+)
 from followspot.scene.slide import GRAVITY
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
@@ -71,7 +77,7 @@ def _found(bsp: BspFile) -> Iterator[tuple[JumpPad | Teleporter, Solids]]:
         offset = np.zeros(3) if origin is None else origin
         model = bsp.models[[number]]
         middle = (model["mins"][0].astype(np.float64) + model["maxs"][0]) / 2 + offset
-        trigger = _trigger(entity, middle, _target(bsp, entity))
+        trigger = _trigger(entity, middle, target_of(bsp, entity))
         if trigger is not None:
             brushes = run_members(model["first_brush"], model["brush_count"])
             offsets = np.broadcast_to(offset, (len(brushes), 3))
@@ -100,10 +106,3 @@ def _launch(start: NDArray[np.float64], apex: NDArray[np.float64]) -> Vec3:
     time = math.sqrt(2 * (apex[2] - start[2]) / GRAVITY)
     x, y, _ = (apex - start) / time
     return vec3((x, y, GRAVITY * time))
-
-
-def _target(bsp: BspFile, entity: dict[str, str]) -> dict[str, str]:
-    """The first entity that another one names as its target (the game takes any of several)."""
-    name = entity.get("target", "").lower()
-    named = (e for e in bsp.entities if name and e.get("targetname", "").lower() == name)
-    return next(named, {})
