@@ -21,7 +21,6 @@ from followspot.assets.shader_values import (
     Directive,
     Sides,
     SkyParms,
-    Sort,
 )
 from followspot.errors import AssetError
 
@@ -460,7 +459,6 @@ def test_known_openarena_entries() -> None:
     assert desert.source == "pak6-patch088.pk3:scripts/cosmoflash.shader"
     assert desert.sky_box == SkyParms("env/sky1/sky001", 512.0, None)
     assert desert.surfaceparms == {"noimpact", "nomarks", "nolightmap", "sky", "nodlight"}
-    assert desert.sort == Sort.SKY
     assert desert.sun is not None
     np.testing.assert_allclose(desert.sun.color, [1, 0.572 / 0.98, 0.172 / 0.98])
     assert desert.sun.intensity == 175
@@ -475,12 +473,12 @@ def test_known_openarena_entries() -> None:
         "textures/skies/dimclouds.tga",
     ]
     assert [layer.blend for layer in clouds.stages] == [None, (BlendFactor.ONE, BlendFactor.ONE)]
-    assert [str(item) for item in clouds.stages[1].tc_mods] == ["tcmod scroll 0.02 0.07"]
+    assert str(clouds.stages[1].get("tcmod")) == "tcmod scroll 0.02 0.07"
 
     icon = scripts["team_icon/scumm_red"]
     assert (icon.line, icon.cull, icon.is_polygonoffset) == (1, Sides.BOTH, True)
     assert icon.stages[0].alpha_test is AlphaTest.GE128
     assert icon.stages[0].blend == (BlendFactor.DST_COLOR, BlendFactor.ONE)
-    assert icon.stages[0].rgb_gen == ("wave", "sin", ".9", "1", "0", ".1")
+    assert str(icon.stages[0].get("rgbgen")) == "rgbgen wave sin .9 1 0 .1"
 
     assert scripts[lookup_name("models\\weapons2\\grapple\\hook.tga")].name.endswith("/hook")
