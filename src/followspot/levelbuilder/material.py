@@ -45,19 +45,6 @@ class Contents(IntFlag):
     TRANSLUCENT = 0x20000000
 
 
-PARMS: dict[str, int] = {
-    "sky": Surface.SKY,
-    "noimpact": Surface.NOIMPACT,
-    "nomarks": Surface.NOMARKS,
-    "nodraw": Surface.NODRAW,
-    "nolightmap": Surface.NOLIGHTMAP,
-    "metalsteps": Surface.METALSTEPS,
-    "nonsolid": Surface.NONSOLID,
-    "alphashadow": Surface.ALPHASHADOW,
-    "nodlight": Surface.NODLIGHT,
-}
-
-
 _LONGEST_NAME = LUMPS["shaders"]["name"].itemsize - 1  # a NUL ends it
 
 
@@ -116,7 +103,7 @@ class Material:
 
     def script_entry(self) -> str:
         """Return the shader script entry: name, flags as ``surfaceparm`` words, then the body."""
-        words = [word for word, flag in PARMS.items() if self.surface & flag]
+        words = [str(flag.name).lower() for flag in Surface if self.surface & flag]
         words += ["trans"] if self.contents & Contents.TRANSLUCENT else []
         words += ["water"] if self.contents & Contents.WATER else []
         words += ["playerclip"] if self.contents & Contents.PLAYERCLIP else []
