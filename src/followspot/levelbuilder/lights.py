@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from followspot.assets.shader_values import number, read_sun
+from followspot.assets.surface_flags import Surface
 from followspot.errors import UsageError
 from followspot.levelbuilder.entities import Entity
-from followspot.levelbuilder.material import Material, Surface
+from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.raycast import Occluders, passed_along, passed_to
 from followspot.levelbuilder.winding import Array
 

@@ -1,11 +1,6 @@
-"""Materials: what a surface is called, how large its texture is and what the engine shall know.
-
-The flag values are the ones that Quake 3's compiler writes for the ``surfaceparm`` words of a
-shader script (surfaceflags.h of the published game source).
-"""
+"""Materials: what a surface is called, how large its texture is and what the engine shall know."""
 
 from dataclasses import dataclass, field
-from enum import IntFlag
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,37 +8,11 @@ from numpy.typing import NDArray
 from followspot.assets.bsp import LUMPS
 from followspot.assets.shader_parser import find_entries
 from followspot.assets.shader_script import ShaderScript
+from followspot.assets.surface_flags import Contents, Surface
 from followspot.errors import UsageError
-
-
-class Surface(IntFlag):
-    """Surface flags of a shader lump entry."""
-
-    SKY = 0x4
-    NOIMPACT = 0x10
-    NOMARKS = 0x20
-    NODRAW = 0x80
-    NOLIGHTMAP = 0x400
-    METALSTEPS = 0x1000
-    NONSOLID = 0x4000
-    ALPHASHADOW = 0x10000
-    NODLIGHT = 0x20000
-
 
 PLAIN = Surface(0)
 """No flags: an ordinary wall."""
-
-
-class Contents(IntFlag):
-    """Content flags of a shader lump entry; 0 is air."""
-
-    SOLID = 0x1
-    LAVA = 0x8
-    SLIME = 0x10
-    WATER = 0x20
-    PLAYERCLIP = 0x10000
-    TRANSLUCENT = 0x20000000
-
 
 _LONGEST_NAME = LUMPS["shaders"]["name"].itemsize - 1  # a NUL ends it
 

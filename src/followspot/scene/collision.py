@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.surface_flags import Contents
 from followspot.scene import bsp_tree, patch, solids
 from followspot.scene.level import entity_vector, model_number
 from followspot.scene.mesh import VERTEX
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
 
-STOPS_PLAYERS = 0x1 | 0x10000 | 0x2000000
-"""Content flags of solid, player clip and body (``MASK_PLAYERSOLID``)."""
+STOPS_PLAYERS = Contents.SOLID | Contents.PLAYERCLIP | Contents.BODY
+"""``MASK_PLAYERSOLID`` of the game."""
 
 SOLID_MODELS = frozenset(
     (

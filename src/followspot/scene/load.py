@@ -15,6 +15,7 @@ from followspot.assets.locate import file_of, locate_level, search_path
 from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.assets.model_file import root_of
 from followspot.assets.shader_parser import load_scripts
+from followspot.assets.surface_flags import Surface
 from followspot.errors import AssetError
 from followspot.scene import (
     cast,
@@ -34,7 +35,6 @@ from followspot.scene.character import Crowd
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
 from followspot.scene.level import Level
-from followspot.scene.material import SURFACE_SKY
 from followspot.scene.prop_file import PropEntry
 from followspot.scene.props import Prop, PropFiles
 from followspot.scene.scene import MissingImage, Scene, spawn_cameras
@@ -266,7 +266,7 @@ def with_chosen_light(scene: Scene, camera: Camera) -> Scene:
 def _sky_shaders(bsp: BspFile) -> list[str]:
     """Names of the shaders of the level's sky faces, the most used first."""
     flags = bsp.shaders["surface_flags"][bsp.faces["shader"]]
-    used = bsp.faces["shader"][(flags & SURFACE_SKY) != 0].tolist()
+    used = bsp.faces["shader"][(flags & Surface.SKY) != 0].tolist()
     return [bsp.shader_names[n] for n in sorted(set(used), key=lambda n: (-used.count(n), n))]
 
 
