@@ -29,7 +29,8 @@ BOB = 4.0
 """Units by which items move up and down."""
 
 BOB_RATE, BOB_RATE_STEP = 5.0, 0.01
-"""Radians a second of that, and how much more for every next entity."""
+"""Radians a second of that, and how much more for every entity that stands before it in the level.
+(The game has its own numbers of entities there, among them players'.)"""
 
 WEAPON_SCALE, WEAPON_RISE = 1.5, 8.0
 """Weapons lie larger than they are held, and so much higher in units."""

@@ -31,8 +31,9 @@ class Visibility:
         bsp: The level.
         level_face: (faces,) the mesh's faces as numbers of the level's faces; -1 for props'.
         everywhere: (level's faces,) those of doors and the like, of which it says nothing.
-        prop_leafs: (n, 2) props' faces, as numbers of the mesh's faces, with leafs that they reach
-            into; one leaf more than there are is visible from everywhere.
+        prop_leafs: (n, 2) pairs of a prop's face, as a number of the mesh's faces, and a leaf that
+            its box reaches into. The number behind the last leaf's makes a face visible from
+            everywhere.
     """
 
     bsp: BspFile
