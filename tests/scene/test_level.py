@@ -166,6 +166,14 @@ def test_brush_models_are_seen_from_everywhere() -> None:
     assert built.visibility.faces_from(np.array([10.0, 0, 0])).tolist() == [True, True]
 
 
+def test_a_face_that_lies_in_no_leaf_is_seen_from_everywhere() -> None:
+    bsp = two_rooms()
+    bsp.leafs["leaf_face_count"] = 1, 0, 0
+    visibility = build(replace(bsp, leaf_faces=np.array([0], np.int32))).visibility
+    assert visibility.faces_from(np.array([10.0, 0, 0])).tolist() == [True, True]
+    assert visibility.faces_from(np.array([-10.0, 0, 0])).tolist() == [True, True]
+
+
 @pytest.mark.parametrize("text", ["", "1 2", "1 2 3 4", "a b c", "1 2 inf", "nan 0 0"])
 def test_malformed_vectors_are_none(text: str) -> None:
     assert level.entity_vector({"origin": text}, "origin") is None
