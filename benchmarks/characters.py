@@ -12,12 +12,15 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import common
 import ours
 from common import View
 
+from followspot.passes.frame import FrameInput
+from followspot.passes.lighting import in_order
 from followspot.scene.camera import Camera
 from followspot.scene.load import load
 from followspot.scene.scene import Scene
@@ -62,10 +65,10 @@ def frames_ms(
     renderer: ours.Renderer, scene: Scene, camera: Camera, start: int, count: int
 ) -> Iterator[tuple[float, float]]:
     """Milliseconds of whole frames, and of the processor's share, as the characters move on."""
-    lights = ours.in_order(scene.lights)
-    frame = ours.FrameInput(scene, camera, lights, scene.settings, exposure=1.0)
+    lights = in_order(scene.lights)
+    frame = FrameInput(scene, camera, lights, scene.settings, exposure=1.0)
     for number in range(start, start + count):
-        moment = ours.replace(frame, time=number / 60)
+        moment = replace(frame, time=number / 60)
         begin = time.perf_counter()
         report = renderer.draw(moment)
         renderer.finish()
@@ -87,8 +90,8 @@ def in_view(
                 drawn = frames_ms(renderer, scene, scene.camera("eye"), turn * frames, frames)
                 found.append(common.median([whole for whole, _ in drawn]))
         renderer, scene = scenes[1]
-        moment = ours.FrameInput(
-            scene, scene.camera("eye"), ours.in_order(scene.lights), scene.settings, 1.0, time=0.5
+        moment = FrameInput(
+            scene, scene.camera("eye"), in_order(scene.lights), scene.settings, 1.0, time=0.5
         )
         report = renderer.draw(moment)
         if report.characters != 16:
@@ -119,9 +122,9 @@ def film_seconds() -> float:
     """How long a film of the level takes in two processes, from start to file."""
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "fly.mp4"
-        command = [ours.program(), "film", VIEW.level, "-o", made, "--jobs", str(common.CORES)]
-        length = ["--seconds", str(FILM_SECONDS), "--fps", "30"]
-        return common.run([*command, *length], common.LLVMPIPE).seconds
+        command: list[str | Path] = [ours.program(), "film", VIEW.level, "-o", made]
+        command += ["--jobs", str(common.CORES), "--seconds", str(FILM_SECONDS), "--fps", "30"]
+        return common.run(command, common.LLVMPIPE).seconds
 
 
 def main() -> None:

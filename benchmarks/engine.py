@@ -17,16 +17,16 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import common
-import msgspec
+import ours
 from common import BenchmarkError, View
 
 ENGINE = "/usr/lib/ioquake3/ioquake3"
 GAME = "/usr/lib/openarena/baseoa/cgamex86_64.so"
 FOLLOWSPOT = "followspot"
-SIZE = (640, 480)
 WARM = 20
 
 _FULL_TEXTURES = {
@@ -51,7 +51,7 @@ PRESETS: dict[str, dict[str, object]] = {
 _COMMON: dict[str, object] = {
     # Unlimited frame rate in a plain window of our size, and nothing that waits.
     "com_maxfps": 0, "com_maxfpsUnfocused": 0, "com_maxfpsMinimized": 0, "com_busyWait": 1,
-    "r_mode": -1, "r_customwidth": SIZE[0], "r_customheight": SIZE[1], "r_fullscreen": 0,
+    "r_mode": -1, "r_customwidth": ours.SIZE[0], "r_customheight": ours.SIZE[1], "r_fullscreen": 0,
     "r_swapInterval": 0, "r_allowSoftwareGL": 1, "in_nograb": 1, "in_mouse": 0,
     "in_joystick": 0, "s_initsound": 0, "com_introplayed": 1, "cl_motd": 0,
     # The module in front needs native code and no checks of it.
@@ -63,24 +63,13 @@ _COMMON: dict[str, object] = {
 }  # fmt: skip
 
 
-class Sample(msgspec.Struct):
+@dataclass(frozen=True)
+class Sample:
     """One process of one renderer at one level: median ms by view, and what it took besides."""
 
     median_ms: dict[str, float]
     first_picture_s: float
     peak_mb: float
-
-
-class _Timing(msgspec.Struct):
-    """What is read of a view in ``followspot bench --json``."""
-
-    median_ms: float
-
-
-class _Bench(msgspec.Struct):
-    """What is read of ``followspot bench --json``."""
-
-    views: list[_Timing]
 
 
 @contextmanager
@@ -158,25 +147,13 @@ def run_engine(preset: str, views: list[View], frames: int, proxy: Path, at: str
 
 def run_ours(views: list[View], frames: int) -> Sample:
     """Run our own commands: a picture for the time to the first, then ``bench`` by view."""
-    program = Path(sys.executable).with_name("followspot")
-    common.need_file(str(program), "python3, then `make demo`")
-    level, picture = views[0].level, common.OUT / "first.png"
-    command: list[str | Path] = [
-        program,
-        "render",
-        level,
-        "--camera",
-        views[0].camera,
-        "-o",
-        picture,
-    ]
+    command: list[str | Path] = [ours.program(), "render", views[0].level]
+    command += ["--camera", views[0].camera, "-o", common.OUT / "first.png"]
     first = common.run(command, common.LLVMPIPE)
     medians, peaks = {}, [first.peak_mb]
     for view in views:
-        options = ["--camera", view.camera, "--frames", str(frames), "--redraw-shadows", "--json"]
-        ended = common.run([program, "bench", level, *options], common.LLVMPIPE)
-        bench = msgspec.json.decode(ended.output, type=_Bench)
-        medians[view.name] = bench.views[0].median_ms
+        timing, ended = ours.bench(view, frames, "--redraw-shadows")
+        medians[view.name] = timing.median_ms
         peaks.append(ended.peak_mb)
     return Sample(medians, first.seconds, max(peaks))
 

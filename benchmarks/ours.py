@@ -18,7 +18,7 @@ from followspot.errors import FollowspotError
 from followspot.passes.frame import FrameInput
 from followspot.passes.lighting import in_order
 from followspot.present.arguments import parse_camera
-from followspot.present.bench import Timing, measure
+from followspot.present.bench import Timing, frame_times
 from followspot.scene.camera import Camera
 from followspot.scene.level import PATCH_TOLERANCE
 from followspot.scene.load import load, with_chosen_light
@@ -26,7 +26,17 @@ from followspot.scene.scene import Scene
 
 SIZE = (640, 480)
 
-__all__ = ["SIZE", "Renderer", "Timing", "bench", "draw", "measure", "open_scene", "program", "run"]
+__all__ = [
+    "SIZE",
+    "Renderer",
+    "Timing",
+    "bench",
+    "draw",
+    "frame_times",
+    "open_scene",
+    "program",
+    "run",
+]
 
 
 class Bench(msgspec.Struct):
@@ -50,7 +60,7 @@ def open_scene(
     except FollowspotError as error:
         raise BenchmarkError(str(error)) from None
     camera = parse_camera(view.camera, None, scene)
-    scene = with_chosen_light(scene, camera)
+    scene = with_chosen_light(scene, [camera])
     return replace(scene, settings=msgspec.structs.replace(scene.settings, **settings)), camera
 
 

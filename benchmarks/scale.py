@@ -45,7 +45,7 @@ class Point:
             settings = changed(self.scene.settings, redraw_shadows=case == REDRAWN)
             scene = replace(self.scene, settings=settings)
             self.renderer.open(scene)
-            times.append(ours.measure(self.renderer, scene, self.camera, frames).median_ms)
+            times.append(ours.frame_times(self.renderer, scene, self.camera, frames).median_ms)
 
 
 def points(view: View, stack: ExitStack) -> list[Point]:

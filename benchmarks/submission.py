@@ -49,7 +49,7 @@ def frame_ms(renderer: ours.Renderer, scene: Scene, case: str, frames: int) -> I
             lit = (scene.with_lights(*(_higher(light, k) for light in scene.lights)) for k in steps)
             yield common.median([ours.draw(renderer, each, camera) for each in lit])
         else:
-            yield ours.measure(renderer, scene, camera, frames).median_ms
+            yield ours.frame_times(renderer, scene, camera, frames).median_ms
 
 
 def _higher(light: Light, units: float) -> Light:

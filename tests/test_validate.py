@@ -13,12 +13,14 @@ import pytest
 
 from followspot.assets.shader_values import AlphaTest, Sides
 from followspot.errors import UsageError
+from followspot.passes.view import View
 from followspot.present.comparison import Validation, radiance_figures, visibility_figures
 from followspot.present.raytracer import RayTracer, load_mitsuba
 from followspot.present.renderer import Renderer
 from followspot.present.sky_irradiance import irradiance, radiance
 from followspot.present.validate import measure
-from followspot.scene.load import load
+from followspot.scene.character import Crowd
+from followspot.scene.load import load, load_figure
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
@@ -176,6 +178,24 @@ def test_bad_settings_are_found_out(
     both = Validation(renderer, make_scene(room(), LIGHT), VIEW, 0.5)
     figures = visibility_figures(both.compare(Settings(**change)), 1024)  # type: ignore[arg-type]
     assert getattr(figures, wrong) > 0.01
+
+
+@pytest.mark.gl
+def test_characters_are_left_out_of_both_pictures(renderer: Renderer) -> None:
+    """Rays do not meet them, so that they and their shadows would count as errors of ours."""
+    scene = load_figure("models/robot/robot.md2")
+    camera = scene.camera()
+    alone = replace(scene, crowd=Crowd())
+    views = [View.DEPTH, View.SHADOW]
+    with_robot, without = (renderer.render(s, camera, views) for s in (scene, alone))
+    assert any((with_robot[view] != without[view]).any() for view in views)
+    ours, expected = (
+        Validation(renderer, s, camera, 0.5).compare(Settings()) for s in (scene, alone)
+    )
+    assert expected.compared.mean() > 0.1
+    np.testing.assert_array_equal(ours.depth, expected.depth)
+    np.testing.assert_array_equal(ours.share, expected.share)
+    np.testing.assert_array_equal(ours.compared, expected.compared)
 
 
 @pytest.mark.gl

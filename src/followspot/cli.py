@@ -40,11 +40,6 @@ app = typer.Typer(
 )
 
 
-@app.callback()
-def _common() -> None:
-    """Keeps typer from folding the commands together."""
-
-
 @app.command()
 def render(
     scene: SceneArgument,
@@ -279,7 +274,7 @@ def film(
     ] = "final",
     samples: Annotated[
         int,
-        typer.Option("--samples", min=1, max=256, help="Moments averaged a frame: motion blur."),
+        typer.Option("--samples", min=1, help="Moments averaged a frame: motion blur."),
     ] = 1,
     supersample: Annotated[
         int,

@@ -244,6 +244,32 @@ def test_only_characters_are_redrawn_into_the_shadow_map(renderer: Renderer, fit
     assert [each.characters for each in done] == [1, 1, 1, 1]
 
 
+def test_a_moving_camera_does_not_redraw_characters_that_stand_still(renderer: Renderer) -> None:
+    scene = with_characters(room(), at(figure([body()]), PLACE))
+    renderer.open(scene)
+    shadow = renderer.pipeline.shadow
+    versions = []
+    for step in range(8):
+        eye = (-150 + 0.01 * step, 20, 90)
+        renderer.draw(frame_input(scene, looking(eye, (0, 0, 30), 60), 0.0))
+        versions.append(shadow.version)
+    assert len(set(versions)) == 1
+    renderer.draw(frame_input(scene, VIEW, 1.0))
+    assert shadow.version == versions[-1] + 1
+
+
+def test_whoever_the_camera_stands_in_is_not_in_the_picture_but_casts_a_shadow(
+    renderer: Renderer, draw: Draw
+) -> None:
+    inside = camera((*PLACE[:2], 40.0), pitch=60, fov=100)
+    empty = room()
+    scene = with_characters(empty, at(figure([body()]), PLACE))
+    np.testing.assert_array_equal(draw(scene, inside, View.DEPTH), draw(empty, inside, View.DEPTH))
+    assert report(renderer, scene, inside, 0.0).characters == 0
+    shadows = draw(scene, inside, View.SHADOW, DIM), draw(empty, inside, View.SHADOW, DIM)
+    assert shadows[0].mean() < shadows[1].mean() - 0.05
+
+
 def test_two_lights_see_the_same_characters(draw: Draw) -> None:
     red = spot((150, 0, 150), (0, 0, 0), 40, (200, 0, 0))
     blue = spot((0, -150, 150), (0, 0, 0), 40, (0, 0, 200))

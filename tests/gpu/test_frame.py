@@ -18,7 +18,7 @@ import synthetic
 from conftest import Draw
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import UsageError
-from followspot.passes import lighting
+from followspot.passes import lighting, shadow_fit, visible
 from followspot.passes.frame import FrameInput
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
@@ -152,6 +152,37 @@ def test_one_draw_for_each_opaque_material(renderer: Renderer, village: Scene) -
     assert len(opaque) < report.draws <= len(opaque) + blended_faces + 2
     depth = renderer.draw(frame_input(village, camera((-2500, 0, 900), pitch=20), View.DEPTH))
     assert len(opaque) <= depth.draws <= len(opaque) + 1
+
+
+def test_still_frames_work_nothing_out_anew(
+    renderer: Renderer, village: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor do stages shown in turn, nor scenes that are described anew in every frame."""
+    renderer.open(village)
+    view = camera((-300, 0, 200), pitch=20)
+    worked: list[str] = []
+
+    def counted(owner: object, name: str) -> None:
+        function = getattr(owner, name)
+
+        def call(*args: Any, **named: Any) -> Any:
+            worked.append(name)
+            return function(*args, **named)
+
+        monkeypatch.setattr(owner, name, call)
+
+    counted(visible.VisibleFaces, "_seen_from")
+    counted(shadow_fit, "fit")
+    counted(lighting, "constants")
+    counted(lighting, "write_lights")
+    for number in range(6):
+        stage = (View.FINAL, View.NORMALS)[number % 2]
+        renderer.draw(frame_input(replace(village), view, stage))
+        renderer.draw(frame_input(replace(village), view, stage))
+        if number == 1:
+            assert {"_seen_from", "fit", "constants", "write_lights"} == set(worked)
+            worked.clear()
+    assert not worked
 
 
 def test_blended_surfaces_are_drawn_far_to_near_over_what_is_behind(

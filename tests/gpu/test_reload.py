@@ -239,6 +239,15 @@ def test_a_shader_may_leave_uniforms_and_vertices_unused(
     assert len(np.unique(picture().reshape(-1, 3), axis=0)) == 1  # only the sky
 
 
+def test_a_change_of_the_shadow_pass_alone_shows_at_once(
+    pipeline: FramePipeline, picture: Picture, edit: Edit
+) -> None:
+    before = picture(View.SHADOW)
+    edit("shadow.frag", "void main() {", "void main() { discard;")
+    assert pipeline.reload() is None
+    assert picture(View.SHADOW).sum() > before.sum()
+
+
 def test_reloading_leaves_no_gl_object_behind(pipeline: FramePipeline, picture: Picture) -> None:
     picture()
     picture(View.NORMALS, overlays=frozenset(Overlay))

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -19,10 +19,11 @@ from followspot.errors import FollowspotError, UsageError
 from followspot.passes.view import View
 from followspot.present import film, video, workers
 from followspot.present.film import FilmWish, Interrupt, Output
-from followspot.present.frames import Film, FilmCamera
+from followspot.present.frames import EXPOSURES, Film, FilmCamera, exposure_for
 from followspot.present.renderer import Renderer
 from followspot.present.still import Wish
 from followspot.present.video import Shape
+from followspot.scene.load import load_figure
 from followspot.scene.path import CameraPath, Key
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
@@ -95,6 +96,22 @@ def test_a_frame_is_what_render_draws_there() -> None:
     with Renderer(SIZE) as renderer:
         still = renderer.render(scene(), PATH.camera(12 / 30))[View.FINAL]
     assert np.array_equal(frame, still)
+
+
+@pytest.mark.gl
+def test_the_exposure_is_that_of_moments_at_their_own_time() -> None:
+    """Somebody close by, who moves, is as bright in them as in the film."""
+    robot = load_figure("models/robot/robot.md2", (), "run")
+    eye = vec3([50, 0, 0])
+    path = CameraPath((Key(0.0, eye, 180, 5), Key(1.3, eye, 180, 5)))
+    with Renderer((160, 120)) as renderer:
+        found = [
+            [renderer.exposure(robot, path.camera(0), time=share * time) for share in (0, 1)]
+            for time in np.linspace(0, path.seconds, EXPOSURES)
+        ]
+    still, moving = np.median(found, axis=0)
+    assert still != moving
+    assert exposure_for(robot, path, View.FINAL) == moving
 
 
 @pytest.mark.gl
@@ -258,6 +275,8 @@ def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
         (FilmWish(max_bytes=9), {}, "frames/", "--max-bytes"),
         (FilmWish(path="tower"), {}, "x.mp4", "no path is named 'tower'; there are tour, auto"),
         (FilmWish(fps=0), {}, "x.mp4", "--fps"),
+        (FilmWish(samples=0), {}, "x.mp4", "--samples"),
+        (FilmWish(samples=film.MAX_SAMPLES + 1), {}, "x.mp4", "--samples: expected 1 to 256"),
         (FilmWish(fps=float("nan")), {}, "x.mp4", "--fps"),
         (FilmWish(seconds=0), {}, "x.mp4", "--seconds"),
         (FilmWish(seconds=float("inf")), {}, "x.mp4", "--seconds"),
@@ -310,7 +329,7 @@ def test_an_interrupt_leaves_the_frames_done_so_far(
         "-o", "film.mp4", "--seconds", "3000", "--max-bytes", "9999999", "--jobs", jobs,
         cwd=tmp_path,
     )  # fmt: skip
-    wait_for(lambda: any(path.stat().st_size > 0 for path in tmp_path.glob(".*/film.mp4")))
+    wait_for(lambda: any(path.stat().st_size > 0 for path in tmp_path.glob(".*/film.mp4")), process)
     process.send_signal(number)
     _, error = process.communicate(timeout=120)
     assert process.returncode == 128 + number, error
@@ -322,8 +341,9 @@ def test_an_interrupt_leaves_the_frames_done_so_far(
     assert f"{len(frames)} frames" in error
 
 
-def wait_for(condition: object) -> None:
-    while not condition():  # type: ignore[operator]
+def wait_for(condition: Callable[[], bool], process: "subprocess.Popen[str]") -> None:
+    while not condition():
+        assert process.poll() is None, process.communicate()
         time.sleep(0.01)
 
 

@@ -10,11 +10,12 @@ from conftest import Draw
 from followspot.assets.bsp import LUMPS, BspFile
 from followspot.assets.shader_values import Sun
 from followspot.passes.view import View
-from followspot.scene import bsp_tree, key_light
+from followspot.scene import auto_path, bsp_tree, key_light
 from followspot.scene.level import Level
 from followspot.scene.light import SpotLight
-from followspot.scene.load import load
+from followspot.scene.load import load, with_chosen_light
 from followspot.scene.material import SURFACE_SKY
+from followspot.scene.scene import Scene
 from followspot.spaces import vec3
 from synthetic import camera
 
@@ -61,7 +62,7 @@ def sun(direction: tuple[float, float, float]) -> Sun:
 
 def test_sun_through_the_sky_is_the_key_light(hall: Level) -> None:
     overhead = sun((0.2, 0.1, 1))
-    light = key_light.choose(hall, overhead, camera((0, 0, 0), pitch=50), METRES)
+    light = key_light.choose(hall, overhead, [camera((0, 0, 0), pitch=50)], METRES)
     assert light.name == "sun"
     np.testing.assert_allclose(light.direction, -overhead.direction_to_sun, atol=1e-12)
     np.testing.assert_allclose(light.power / light.power[0], (1, 0.8, 0.4))
@@ -75,7 +76,7 @@ def test_sun_through_the_sky_is_the_key_light(hall: Level) -> None:
 
 @pytest.mark.parametrize("direction", [(0, 0, -1), (1, 0, 0.05), (0, -1, -0.5)])
 def test_sun_behind_walls_is_not(hall: Level, direction: tuple[float, float, float]) -> None:
-    assert key_light.choose(hall, sun(direction), camera((0, 0, 0)), METRES).name == "spot"
+    assert key_light.choose(hall, sun(direction), [camera((0, 0, 0))], METRES).name == "spot"
 
 
 @pytest.mark.parametrize("pitch", [-80, 0, 45, 90])
@@ -83,7 +84,7 @@ def test_spot_light_stands_in_the_open_and_lights_what_the_camera_sees(
     hall: Level, pitch: float
 ) -> None:
     view = camera((-100, 50, -200), yaw=-20, pitch=pitch)
-    light = key_light.choose(hall, None, view, METRES)
+    light = key_light.choose(hall, None, [view], METRES)
     assert light.name == "spot" and (np.abs(light.position) < HALF).all()
     seen = view.position + view.forward * 40
     path = bsp_tree.trace(hall.bsp, light.position[np.newaxis], seen[np.newaxis])
@@ -92,14 +93,14 @@ def test_spot_light_stands_in_the_open_and_lights_what_the_camera_sees(
 
 
 def test_camera_in_a_wall_gets_a_light_all_the_same(hall: Level) -> None:
-    light = key_light.choose(hall, sun((0, 0, 1)), camera((0, 0, 900)), METRES)
+    light = key_light.choose(hall, sun((0, 0, 1)), [camera((0, 0, 900))], METRES)
     assert isinstance(light, SpotLight)
     assert np.isfinite([*light.position, *light.direction, *light.power]).all()
 
 
 def test_light_scales_with_the_unit(hall: Level) -> None:
     """The same irradiance whatever a unit's length."""
-    one, two = (key_light.choose(hall, None, camera((0, 0, 0)), m) for m in (METRES, 2 * METRES))
+    one, two = (key_light.choose(hall, None, [camera((0, 0, 0))], m) for m in (METRES, 2 * METRES))
     np.testing.assert_allclose(two.power, 4 * one.power)
     np.testing.assert_array_equal(two.position, one.position)
 
@@ -111,10 +112,30 @@ def test_glow_under_a_black_sky() -> None:
 
 @pytest.mark.gl
 @pytest.mark.openarena
-@pytest.mark.parametrize(("name", "kind"), [("oa_dm1", "spot"), ("mlctf1beta", "sun")])
+@pytest.mark.parametrize(
+    ("name", "kind"), [("oa_dm1", "spot"), ("oa_dm3", "spot"), ("mlctf1beta", "sun")]
+)
 def test_chosen_lights_reach_what_the_camera_sees(draw: Draw, name: str, kind: str) -> None:
     scene = load(name)
     with scene.archive:
         assert scene.lights_chosen and [light.name for light in scene.lights] == [kind]
         lit = draw(scene, scene.camera(), View.DIRECT).max(axis=2) > 0
         assert lit.mean() > 0.1
+
+
+@pytest.mark.gl
+@pytest.mark.openarena
+def test_a_light_for_a_whole_path_serves_most_of_it(draw: Draw) -> None:
+    """One that is chosen for the start is out of sight soon."""
+    scene = load("oa_dm1")
+    with scene.archive:
+        path = auto_path.find(scene, 10)
+        cameras = [path.camera(t) for t in np.linspace(0, 10, 15)]
+
+        def lit(scene: Scene) -> int:
+            return sum(
+                bool((draw(scene, each, View.SHADOW) > 0.5).mean() > 0.02) for each in cameras
+            )
+
+        assert lit(with_chosen_light(scene, cameras)) >= 8
+        assert lit(with_chosen_light(scene, cameras[:1])) <= 3

@@ -66,15 +66,16 @@ def load_player(archive: Archive, name: str) -> Player:
 
     Args:
         archive: Where its files are read from.
-        name: As in the game: ``sarge``, or ``sarge/red`` for another skin than the default.
+        name: As in the game: ``sarge``, or ``sarge/red`` for another skin than the default. A
+            player without a default one wears the first that all three parts have.
 
     Raises:
         AssetError: There is no such player (the message proposes close names), or none of its
             parts can be read. All else that is wrong is in `Player.problems`.
     """
-    name, _, skin = normalise(name).partition("/")
-    skin = skin or DEFAULT_SKIN
+    name, _, asked = normalise(name).partition("/")
     folder = f"{FOLDER}{name}/"
+    skin = asked or _first_skin(archive, folder)
     players = list_players(archive)
     if name not in players:
         close = ", ".join(difflib.get_close_matches(name, players)) or ", ".join(players)
@@ -91,9 +92,12 @@ def load_player(archive: Archive, name: str) -> Player:
             problems.append(error)
             return None
 
+    if skin not in (asked, DEFAULT_SKIN):
+        found = f"none; it wears {skin}"
+        problems.append(AssetError(folder, expected=f"*_{DEFAULT_SKIN}.skin", found=found))
     models = {part: read(f"{folder}{part}.md3", read_md3) for part in PARTS}
     if not any(models.values()):
-        raise problems[0]
+        raise problems[-len(PARTS)]
     parts: dict[str, Part] = {}
     for part, model in models.items():
         if model is not None:
@@ -113,6 +117,18 @@ def load_player(archive: Archive, name: str) -> Player:
         config, excess = _fitted(config, parts, archive.source(entry))
         problems += excess
     return Player(name, skin, parts, config, tuple(problems))
+
+
+def _first_skin(archive: Archive, folder: str) -> str:
+    """The default skin, unless no part of a player has that and all have another."""
+    starts = [f"{folder}{part}_" for part in PARTS]
+    if any(archive.exists(f"{start}{DEFAULT_SKIN}.skin") for start in starts):
+        return DEFAULT_SKIN
+    found = [
+        {name.removeprefix(start) for name in archive.names(start, ".skin")} for start in starts
+    ]
+    common = sorted(set.intersection(*found))
+    return common[0].removesuffix(".skin") if common else DEFAULT_SKIN
 
 
 def parse_skin(text: str, source: str) -> dict[str, str]:

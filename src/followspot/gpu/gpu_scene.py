@@ -34,7 +34,7 @@ class GpuScene:
         vertices: The mesh's vertices, one buffer.
         tints: The mesh's tints, where it has any.
         frame_block: Uniform buffer for one `blocks.FRAME`.
-        frame_block_holds: What it was filled from, for who fills it to compare.
+        frame_block_holds: What it was last filled from; whoever fills it compares.
         crowd: The characters' figures.
         sky: The sky's cube map with all MIP levels.
         problems: Images that are there but cannot be decoded; white stands in for them.

@@ -29,7 +29,7 @@ from followspot.passes.shadow_tiles import Tile
 from followspot.scene.figure import Run
 from followspot.scene.material import Material
 from followspot.scene.settings import CullFace
-from followspot.spaces import Mat4
+from followspot.spaces import Mat4, Vec3
 
 _POSED: dict[str, int | str] = {"POSED": 1, "POSE_ROW_BITS": POSE_ROW_BITS}
 
@@ -85,6 +85,7 @@ class CharacterPass:
         kinds = (_POSED, _POSED | {"ALPHA_TEST": 1}) if draws else ()
         self._shadows = [Shader(context, folder, "shadow", self._arrays, kind) for kind in kinds]
         self._updated: object = None
+        self._cast: object = None
         self._rows: NDArray[Any] = np.zeros(0)
         self._picture = _Choice(np.zeros(0, bool), [0] * len(self._crowd.figures))
         self._casting: list[_Choice] = []
@@ -103,6 +104,7 @@ class CharacterPass:
     def update(
         self,
         seconds: float,
+        eye: Vec3,
         clip_from_world: Mat4,
         tiles: Sequence[Tile],
         may_be_seen: NDArray[np.bool_] | None,
@@ -111,21 +113,25 @@ class CharacterPass:
 
         Args:
             seconds: The time.
-            clip_from_world: The camera's.
+            eye: (3,) from where the picture is taken, world units. Whoever stands there casts a
+                shadow, but is not in the picture.
+            clip_from_world: Of the camera that decides who is seen.
             tiles: Of the shadow maps.
             may_be_seen: (n,) which the level does not hide from the camera; none draws also those
                 that cannot be seen.
 
         Returns:
-            Whether anything has changed.
+            Whether they cast otherwise than after the last call.
         """
         if not self._parts:
             return False
         frusta = tuple((tile.frustum, tile.finer) for tile in tiles)
-        wanted = (seconds, clip_from_world.tobytes(), frusta, may_be_seen is None)
+        viewpoint = eye.tobytes(), clip_from_world.tobytes()
+        wanted = (seconds, viewpoint, frusta, may_be_seen is None)
         if wanted == self._updated:
             return False
         self._updated = wanted
+        before, self._cast = self._cast, (seconds, frusta)
         crowd = self._crowd
         places = crowd.places(seconds)
 
@@ -144,10 +150,12 @@ class CharacterPass:
         order = np.lexsort((depth, crowd.figure_of))
         order = order[(seen | casting)[order]]
         self._rows = crowd.instances(seconds, places, order)
-        self.seen = int(seen.sum())
         figure_of, figures = crowd.figure_of[order], len(crowd.figures)
-        self._picture = _Choice.of(seen[order], figure_of, figures)
         boxes = crowd.boxes(self._rows, order)
+        holds_eye = ((boxes[0] < eye) & (eye < boxes[1])).all(axis=1)
+        shown = seen[order] & ~holds_eye
+        self.seen = int(shown.sum())
+        self._picture = _Choice.of(shown, figure_of, figures)
         self._casting, self._covering = [], []
         found = finer = np.empty((0, 4))
         for tile in tiles:
@@ -160,7 +168,7 @@ class CharacterPass:
             self._casting.append(_Choice.of(casts, figure_of, figures))
             self._covering.append(Covering(order[casts], found[casts]))
         self._uploaded = None
-        return True
+        return before != self._cast
 
     def covering(self, number: int) -> Covering:
         """Where in tile `number` those are that it draws."""

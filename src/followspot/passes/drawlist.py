@@ -173,7 +173,7 @@ def casters(
     """
     material = mesh.faces["material"]
     scale, shift = (part.astype(np.float32) for part in window)
-    side = np.where(chosen, keep_side[material], np.float32(np.nan))  # which no side is equal to
+    side = np.where(chosen, keep_side[material], np.float32(np.nan))  # NaN is in no order
     wanted = seen.facing * side.take(seen.face) >= 0
     *x_y, w = seen.corners
     for axis, corner in enumerate(x_y):

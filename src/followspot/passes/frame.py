@@ -15,6 +15,7 @@ from followspot.gpu.program import SHADERS, ShaderError, ShaderFolder
 from followspot.gpu.targets import Part, Target, encode_srgb
 from followspot.passes import lighting, programs
 from followspot.passes.characters import CharacterPass
+from followspot.passes.drawlist import NOTHING
 from followspot.passes.overlay import Overlay, OverlayPass
 from followspot.passes.programs import SHADOW_ATLAS, Shader
 from followspot.passes.shadow import ShadowPass
@@ -137,9 +138,11 @@ class FramePipeline:
         self._gpu_scene.set_anisotropy(frame.settings.anisotropy)
         shadows, encoded = len(frame.shadowed), _is_encoded(frame.view, target)
         self.shadow.reserve(shadows, frame.settings)
-        if self._constant_for != (frame.scene, frame.settings):
-            self._constant_for = frame.scene, frame.settings
-            self._constants = lighting.constants(frame.scene, frame.settings)
+        scene = frame.scene
+        wanted = scene.sky, scene.environment_constant, scene.ambient, frame.settings
+        if wanted != self._constant_for:
+            self._constant_for = wanted
+            self._constants = lighting.constants(scene, frame.settings)
         for each in (self._surfaces.programs, self._characters.programs):
             each.prepare(frame.view, len(frame.lights), shadows, self._constants, encoded=encoded)
         if frame.view is View.FINAL:
@@ -179,20 +182,22 @@ class FramePipeline:
             cull_from_world = frozen @ decider.view_from_world
 
         has_sky = frame.view is View.FINAL
-        with_blended = frame.view.has_blended and settings.albedo is None
         if visible.update(
             decider.position,
             cull_from_world,
             cull=settings.culling,
-            with_blended=with_blended,
             looked_at_from=camera.position,
         ):
             self._surfaces.upload(visible.opaque, visible.blended)
+        with_blended = frame.view.has_blended and settings.albedo is None
+        blended = visible.blended if with_blended else NOTHING
         with timed("shadow"):
             self.shadow.fit(frame.shadowed, settings, visible.receivers)
             tiles = self.shadow.tiles if frame.shadowed else ()
             may_be_seen = visible.characters if settings.culling else None
-            moved = self._characters.update(frame.time, cull_from_world, tiles, may_be_seen)
+            moved = self._characters.update(
+                frame.time, camera.position, cull_from_world, tiles, may_be_seen
+            )
             self.shadow.draw(settings, is_used=bool(tiles), characters_moved=moved)
         scale = 1.0 if target.is_linear else _display_scale(frame, far)
         self._write_block(frame, clip_from_world, clip_from_view, scale)
@@ -211,7 +216,7 @@ class FramePipeline:
                 self._sky.draw(encoded=encoded)
         with timed("blended"):
             encode_srgb(self._context, encoded)  # for GL to blend linear light
-            self._surfaces.draw_blended(visible.blended, visible.opaque)
+            self._surfaces.draw_blended(blended, visible.opaque)
             if with_blended:
                 self._characters.draw_blended()
         with timed("overlay"):
@@ -226,8 +231,8 @@ class FramePipeline:
         redrawn = self.shadow.redrawn
         return FrameReport(
             submit_ms=(time.perf_counter() - start) * 1e3,
-            draws=len(visible.opaque.batches) + len(visible.blended.batches) + draws + has_sky,
-            triangles=visible.opaque.triangle_count + visible.blended.triangle_count + triangles,
+            draws=len(visible.opaque.batches) + len(blended.batches) + draws + has_sky,
+            triangles=visible.opaque.triangle_count + blended.triangle_count + triangles,
             triangles_in_scene=self._triangle_count,
             characters=self._characters.seen,
             shadow_redrawn=redrawn,
@@ -257,7 +262,8 @@ class FramePipeline:
         self._gpu_scene.frame_block.bind_to_uniform_block(0)
         settings, tiles = frame.settings, self.shadow.tiles
         shadows = tiles, self.shadow.atlas.size, settings.shadow_normal_offset
-        wanted = clip_from_world.tobytes(), frame.scene, frame.lights, shadows, scale
+        units = frame.scene.metres_per_unit, frame.scene.environment_constant
+        wanted = clip_from_world.tobytes(), units, frame.lights, shadows, scale
         if self._gpu_scene.frame_block_holds == wanted:
             return
         block = np.zeros((), blocks.FRAME)
@@ -277,12 +283,15 @@ class FramePipeline:
         return self._folder.has_changed
 
     def reload(self) -> ShaderError | None:
-        """Compile all shaders from their files as they are now. Not inside a frame.
+        """Compile all of the frame's shaders from their files as they are now. Not inside a frame.
 
         Returns:
             What is wrong, if one of them does not compile; then all stay as they are.
         """
-        return programs.reload(self._folder, self._shaders)
+        error = programs.reload(self._folder, self._shaders)
+        if error is None:
+            self.shadow.forget()
+        return error
 
     @property
     def _shaders(self) -> list[Shader]:

@@ -11,7 +11,7 @@ from followspot.gpu import blocks
 from followspot.passes import shadow_tiles
 from followspot.scene.light import Light, PointLight, SpotLight, casting
 from followspot.scene.scene import Scene
-from followspot.scene.settings import Settings
+from followspot.scene.settings import CullFace, Settings
 from followspot.scene.sky import CubeMap
 from followspot.spaces import Mat4
 
@@ -72,6 +72,8 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
         "NEAR_REACH": f"{shadow_tiles.near_reach(settings):.9g}",
         "SHADOW_BIAS": f"{settings.shadow_bias:.9g}",
     }
+    if settings.shadow_cull is not CullFace.FRONT:
+        macros["LIT_SIDES_CAST"] = 1
     if settings.albedo is not None:
         macros["ALBEDO"] = f"{settings.albedo:.9g}"
     if settings.sky_light:

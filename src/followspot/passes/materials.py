@@ -60,7 +60,8 @@ def set_state(context: moderngl.Context, material: Material) -> None:
     else:
         context.enable(moderngl.CULL_FACE)
         context.cull_face = _CULLED_SIDE[material.sides]
-    context.polygon_offset = (-1.0, -2.0) if material.polygon_offset else (0.0, 0.0)
+    # No part of it by the slope: seen edge-on, a decal would come through whatever is before it.
+    context.polygon_offset = (0.0, -2.0) if material.polygon_offset else (0.0, 0.0)
     if material.blend is not None:
         source, destination = material.blend
         context.blend_func = _FACTORS[source], _FACTORS[destination]

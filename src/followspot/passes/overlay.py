@@ -40,8 +40,8 @@ _BEHIND = 0.2
 """How strongly lines are drawn where something is in front of them."""
 
 _NEARER = 2.0
-"""Pixels' widths by which lines count as nearer, so that faces whose edges they are, and which are
-steeper than this, don't hide them."""
+"""Pixels' widths by which lines count as nearer, so that the faces that they bound do not hide them:
+enough for faces that deepen by no more than this from pixel to pixel."""
 
 _MARK = 16.0
 """Units to each side of a light's mark."""

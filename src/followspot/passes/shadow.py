@@ -37,7 +37,7 @@ class ShadowPass:
 
     Attributes:
         redrawn: Whether the last call drew the level into any tile.
-        version: Another number whenever something has been drawn.
+        version: Counts up whenever anything is drawn into the atlas.
         triangle_count: The level's triangles that were drawn last.
         draw_count: Draw calls that it took.
         size: Texels along a tile's edge.
@@ -175,6 +175,10 @@ class ShadowPass:
             self._draw_characters(settings, anew)
         if tiles and (self.redrawn or characters_moved):
             self.version += 1
+
+    def forget(self) -> None:
+        """Draw every tile anew in the next frame, whatever is in it now."""
+        self._drawn = {}
 
     def _draw_characters(self, settings: Settings, anew: set[Place]) -> None:
         """Put the level's depth back where characters were or are to be; draw them over it."""

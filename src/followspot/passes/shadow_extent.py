@@ -55,7 +55,7 @@ def extents(
 
 def texels(found: Extents, size: int) -> NDArray[np.float32]:
     """(n, 4) the same in clip space, widened to whole texels of a tile, and cut to it."""
-    whole = np.floor(found * (size * _INWARDS) - _ROUNDING) * _INWARDS  # up is down turned round
+    whole = np.floor(found * (size * _INWARDS) - _ROUNDING) * _INWARDS  # ceil(x) = -floor(-x)
     return np.asarray(np.clip(whole, 0, size) * (2 / size) - 1, np.float32)
 
 

@@ -170,24 +170,23 @@ def _outlines(light: SpotLight, corners: NDArray[np.float64]) -> Outlines:
 
 
 def fit(
-    light: SpotLight, everything: Outlines, receivers: Boxes | None, size: int
+    light: SpotLight, everything: Outlines, receivers: Outlines | None, size: int
 ) -> ShadowFrustum:
     """The smallest frustum, but for snapping, that holds all receivers within a light's cone.
 
     Args:
         light: A spot light.
         everything: That may cast or receive; the near and far planes are fitted to it.
-        receivers: Boxes of what the camera sees; none takes the whole cone.
+        receivers: What the camera sees; none takes the whole cone.
         size: Texels along an edge of the tile.
     """
-    seen = None if receivers is None else outlines(light, receivers)
-    part = None if seen is None else _lit_part(light, seen)
+    part = None if receivers is None else _lit_part(light, receivers)
     window = _window(light, part, size)
-    return _frustum(light, window, _depths(everything, seen, window), size)
+    return _frustum(light, window, _depths(everything, receivers, window), size)
 
 
 def fit_near(
-    light: SpotLight, wide: ShadowFrustum, receivers: Receivers, size: int
+    light: SpotLight, wide: ShadowFrustum, receivers: Receivers, seen: Outlines, size: int
 ) -> ShadowFrustum | None:
     """A frustum for the receivers nearest to the camera, with the planes of the one for all.
 
@@ -198,12 +197,12 @@ def fit_near(
         light: A spot light.
         wide: Its frustum for all receivers.
         receivers: What the camera sees.
+        seen: How the light sees that.
         size: Texels along an edge of the tile.
 
     Returns:
         None where texels look nearly as small without it.
     """
-    seen = outlines(light, receivers)
     lit = seen.within(_cone(light))
     start, end = receivers.start[lit], receivers.end[lit]
     weight = 2 / (start + end)  # a texel looks smaller from farther away

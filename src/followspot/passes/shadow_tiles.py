@@ -69,7 +69,8 @@ class Tile:
 
     @cached_property
     def seam(self) -> float:
-        """Share of the near tile's edge next to which the filter still takes from this one."""
+        """Width of the strip along the near tile's edges in which lookups may still read this tile,
+        as a share of an edge."""
         assert self.finer is not None
         low, high = _edges(self.finer)
         reach = shadow_fit.MARGIN * (self.finer.texels + self.frustum.texels)
@@ -146,10 +147,11 @@ class ShadowTiles:
         }
         tiles: list[Tile] = []
         for number, light in enumerate(lights):
-            wide = shadow_fit.fit(light, self._outlines[light], receivers, size)
+            seen = None if receivers is None else shadow_fit.outlines(light, receivers)
+            wide = shadow_fit.fit(light, self._outlines[light], seen, size)
             near = None
-            if receivers is not None:
-                near = shadow_fit.fit_near(light, wide, receivers, size)
+            if receivers is not None and seen is not None:
+                near = shadow_fit.fit_near(light, wide, receivers, seen, size)
             if near is not None:
                 finer = self._tile(Tile(number, True, near), before, light, settings)
                 near = finer.frustum

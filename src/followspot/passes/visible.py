@@ -53,7 +53,6 @@ class VisibleFaces:
         clip_from_world: Mat4,
         *,
         cull: bool,
-        with_blended: bool,
         looked_at_from: Vec3 | None = None,
     ) -> bool:
         """Cull and sort anew, but only when something that matters has changed.
@@ -62,14 +61,13 @@ class VisibleFaces:
             eye: (3,) the camera's place in world units.
             clip_from_world: The camera's.
             cull: Whether faces that cannot be seen are left out of the draw lists.
-            with_blended: Whether blended faces are drawn at all.
             looked_at_from: (3,) where the picture is taken from, if not from the same place.
 
         Returns:
             Whether the draw lists are new.
         """
         viewpoint = eye if looked_at_from is None else looked_at_from
-        wanted = clip_from_world.tobytes(), viewpoint.tobytes(), cull, with_blended
+        wanted = clip_from_world.tobytes(), viewpoint.tobytes(), cull
         if wanted == self._listed:
             return False
         self._listed = wanted
@@ -83,7 +81,7 @@ class VisibleFaces:
         if not cull:
             visible = np.ones_like(visible)
         is_blended = self._is_blended[self._mesh.faces["material"]]
-        opaque, blended = visible & ~is_blended, visible & is_blended & with_blended
+        opaque, blended = visible & ~is_blended, visible & is_blended
         cell = np.floor(viewpoint / SORT_CELL)
         order = cell.tobytes()
         same = order == self._sorted[0] and np.array_equal(opaque, self._sorted[1])

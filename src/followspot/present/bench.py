@@ -3,7 +3,6 @@
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -18,13 +17,31 @@ from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
 
 PASS_FRAMES = 20
-"""Frames whose passes are timed apart, beside the counted ones: the queries cost time."""
+"""Frames whose passes are timed, at most, after the counted ones: the queries cost time."""
 
 FRAME_RATE = 60.0
 """Frames a second of the scene's own time."""
 
 WARM_UP = 5
 """Frames that are drawn but not counted: drivers compile and fill caches in the first ones."""
+
+
+class FrameTimes(msgspec.Struct, frozen=True):
+    """Times of whole frames; all in milliseconds.
+
+    Attributes:
+        median_ms: Whole frames, the GPU drained after each.
+        p95_ms: 95 of 100 frames are faster.
+        worst_ms: The slowest one.
+        submit_ms: Median of the CPU's share: culling, sorting and calls into GL.
+        frame: Counts of the last frame.
+    """
+
+    median_ms: float
+    p95_ms: float
+    worst_ms: float
+    submit_ms: float
+    frame: FrameReport
 
 
 class Timing(msgspec.Struct, frozen=True):
@@ -36,7 +53,8 @@ class Timing(msgspec.Struct, frozen=True):
         p95_ms: 95 of 100 frames are faster.
         worst_ms: The slowest one.
         submit_ms: Median of the CPU's share: culling, sorting and calls into GL.
-        pass_ms: Medians of GPU time by pass.
+        pass_ms: Medians of GPU time by pass, of frames apart from those; characters move on in
+            them, too.
         frame: Counts of the last frame.
     """
 
@@ -50,7 +68,10 @@ class Timing(msgspec.Struct, frozen=True):
 
 
 class Result(msgspec.Struct, frozen=True):
-    """A run of ``followspot bench``; milliseconds, and MiB of memory."""
+    """A run of ``followspot bench``; milliseconds, and MiB of memory.
+
+    The first frame, among the steps of loading, is one that is drawn and waited for.
+    """
 
     scene: str
     size: tuple[int, int]
@@ -84,7 +105,8 @@ def run(
         steps("create context")
         renderer.open(scene)
         steps("upload")
-        measure(renderer, scene, cameras[0], 1)
+        renderer.draw(_frame(scene, cameras[0], 0))
+        renderer.finish()
         steps("first frame")
         timings = []
         for each in cameras:
@@ -105,29 +127,51 @@ def run(
 
 
 def measure(renderer: Renderer, scene: Scene, camera: Camera, frames: int) -> Timing:
-    """Draw the same view again and again, waiting for the GPU after each; characters move on."""
-    lights = lighting.in_order(scene.lights)
-    frame = FrameInput(scene, camera, lights, scene.settings, exposure=1.0)
-    for _ in range(WARM_UP if frames > 1 else 0):
-        renderer.draw(frame)
+    """The times of one view's frames, and of their passes."""
+    times = frame_times(renderer, scene, camera, frames)
+    place = ",".join(f"{value:g}" for value in (*camera.position, camera.yaw, camera.pitch))
+    return Timing(
+        camera=camera.name or place,
+        median_ms=times.median_ms,
+        p95_ms=times.p95_ms,
+        worst_ms=times.worst_ms,
+        submit_ms=times.submit_ms,
+        pass_ms=pass_times(renderer, scene, camera, min(frames, PASS_FRAMES)),
+        frame=times.frame,
+    )
+
+
+def frame_times(renderer: Renderer, scene: Scene, camera: Camera, frames: int) -> FrameTimes:
+    """Draw the open scene again and again, waiting for the GPU after each; characters move on."""
+    for number in range(-WARM_UP, 0):
+        renderer.draw(_frame(scene, camera, number))
         renderer.finish()
     whole, submit = [], []
     for number in range(frames):
-        frame = replace(frame, time=number / FRAME_RATE)
+        frame = _frame(scene, camera, number)
         start = time.perf_counter()
         report = renderer.draw(frame)
         renderer.finish()
         whole.append((time.perf_counter() - start) * 1e3)
         submit.append(report.submit_ms)
     whole.sort()
-    passes = [renderer.pass_times(frame) for _ in range(min(frames, PASS_FRAMES))]
-    place = ",".join(f"{value:g}" for value in (*camera.position, camera.yaw, camera.pitch))
-    return Timing(
-        camera=camera.name or place,
+    return FrameTimes(
         median_ms=statistics.median(whole),
         p95_ms=whole[min(len(whole) - 1, int(0.95 * len(whole)))],
         worst_ms=whole[-1],
         submit_ms=statistics.median(submit),
-        pass_ms={name: statistics.median(each[name] for each in passes) for name in passes[0]},
         frame=report,
     )
+
+
+def pass_times(renderer: Renderer, scene: Scene, camera: Camera, frames: int) -> dict[str, float]:
+    """Medians of GPU time in ms by pass; characters move on."""
+    renderer.draw(_frame(scene, camera, -1))
+    passes = [renderer.pass_times(_frame(scene, camera, number)) for number in range(frames)]
+    return {name: statistics.median(each[name] for each in passes) for name in passes[0]}
+
+
+def _frame(scene: Scene, camera: Camera, number: int) -> FrameInput:
+    """A frame of the scene's own time; one drawn twice would find its characters as they are."""
+    lights = lighting.in_order(scene.lights)
+    return FrameInput(scene, camera, lights, scene.settings, exposure=1.0, time=number / FRAME_RATE)

@@ -14,7 +14,7 @@ surface, which turns its shading normal to the light inside the cone. There
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -27,6 +27,7 @@ from followspot.present.raytracer import RayTracer, Truth
 from followspot.present.renderer import Renderer
 from followspot.present.shadow_edges import EDGE_TEXELS, near_edge
 from followspot.scene.camera import Camera
+from followspot.scene.character import Crowd
 from followspot.scene.light import casting
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
@@ -140,12 +141,12 @@ class Validation:
 
     Args:
         renderer: Its size is that of the pictures.
-        scene: Of its lights the first that casts a shadow is compared.
+        scene: Of its lights the first that casts a shadow is compared; characters are left out.
         camera: Where both look from.
         albedo: Lambertian coefficient of every surface.
 
     Attributes:
-        scene: With no other light than the one that is compared.
+        scene: With no other light than the one that is compared, and without characters.
         light: That one.
         tracer: The scene in Mitsuba.
         truth: Mitsuba's picture.
@@ -160,8 +161,8 @@ class Validation:
         if light is None:
             raise UsageError("validation compares a spot light with a shadow; there is none")
         self.light = light
-        self.scene = scene.with_lights(light)
-        self.tracer = RayTracer(scene, albedo)
+        self.scene = replace(scene.with_lights(light), crowd=Crowd())  # rays do not meet them
+        self.tracer = RayTracer(self.scene, albedo)
         self.truth = self.tracer.render(camera, renderer.size, light)
         self.albedo = albedo
         self._renderer, self._camera = renderer, camera

@@ -15,14 +15,14 @@ from dataclasses import dataclass
 from importlib import metadata
 
 import moderngl
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from followspot import __version__
 from followspot.assets.locate import search_path
 from followspot.errors import AssetError
 from followspot.gpu.context import HEADLESS_PACKAGES, REQUIRED_VERSION, backends, is_software
+from followspot.present.console import open_console
 
 _TIMEOUT = 60.0
 """Seconds after which a driver that doesn't answer is given up."""
@@ -129,9 +129,9 @@ def verdict(trials: Sequence[Trial]) -> str:
 def print_report() -> int:
     """Examine the machine, print what was found, and return the exit code: 2 if nothing works."""
     trials = examine()
-    console = Console()
+    console = open_console()
     console.print(_ways_table(trials), _surroundings_table())
-    console.print(verdict(trials), highlight=False)
+    console.print(verdict(trials))
     return 0 if any(trial.works for trial in trials) else 2
 
 
@@ -140,8 +140,8 @@ def _ways_table(trials: Sequence[Trial]) -> Table:
     for trial in trials:
         kind = "software" if is_software(trial.renderer) else "GPU"
         found = f"{trial.renderer}, {kind}\nOpenGL {trial.version}"
-        works = "[green]yes" if trial.works else "[red]no"
-        table.add_row(trial.way, works, escape(trial.problem or found))
+        works = Text("yes", "green") if trial.works else Text("no", "red")
+        table.add_row(trial.way, works, trial.problem or found)
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         table.add_row("GLX", "-", "not tried: DISPLAY is not set")
     return table
@@ -158,7 +158,7 @@ def _surroundings_table() -> Table:
         )
     except AssetError as error:
         folders = str(error)
-    table.add_row("game folders", escape(folders))
+    table.add_row("game folders", folders)
     return table
 
 

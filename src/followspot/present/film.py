@@ -24,7 +24,8 @@ from rich.text import Text
 from followspot.errors import UsageError
 from followspot.passes.view import View
 from followspot.present import arguments, video, workers
-from followspot.present.frames import Film, FilmCamera, Picture, exposure_for
+from followspot.present.console import open_console, working
+from followspot.present.frames import Film, FilmCamera, Picture, exposure_for, lit_along
 from followspot.present.renderer import named
 from followspot.present.still import Wish, open_scene
 from followspot.present.video import Shape, Written
@@ -34,6 +35,7 @@ from followspot.scene.scene import Scene
 
 MAX_FRAMES = 1_000_000
 MAX_SAMPLES = 256
+"""Moments that can be averaged for a frame."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +103,8 @@ def run(scene: str, output: str, wish: Wish, film_wish: FilmWish) -> int:
         UsageError: something in the wishes makes no sense, or the film cannot be written.
     """
     to = parse_output(output, film_wish)
-    console = Console(stderr=True)
-    with console.status(f"opening {scene}"):
+    console = open_console(on_stderr=True)
+    with working(console, f"opening {scene}"):
         opened, film = plan(scene, wish, film_wish, to)
     with Interrupt() as interrupt, _bar(console) as bar:
         task = bar.add_task(scene, total=film.frame_count)
@@ -127,13 +129,14 @@ class _SpeedColumn(ProgressColumn):
 
 
 def _bar(console: Console) -> Progress:
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _SpeedColumn()
+    name = TextColumn("{task.description}", markup=False)
+    columns = name, BarColumn(), MofNCompleteColumn(), _SpeedColumn()
     return Progress(*columns, TextColumn("left"), TimeRemainingColumn(), console=console)
 
 
 def _tell(console: Console, to: Output, film: Film, written: Written) -> None:
     def say(text: str) -> None:
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
+        console.print(text, soft_wrap=True)
 
     if not written.frames:
         say(f"interrupted before the first frame: no {to.path}")
@@ -194,8 +197,13 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
         )
     if not 1 <= film_wish.fps <= 240:
         raise UsageError(f"--fps: expected 1 to 240 frames a second, found {film_wish.fps:g}")
+    if not 1 <= film_wish.samples <= MAX_SAMPLES:
+        raise UsageError(
+            f"--samples: expected 1 to {MAX_SAMPLES} moments, found {film_wish.samples}"
+        )
     scene, _ = open_scene(scene_name, wish)
     path = _path(scene, film_wish)
+    scene = lit_along(scene, path)
     fps = Fraction(film_wish.fps).limit_denominator(1001)
     count = max(1, round(path.seconds * fps))
     if count > MAX_FRAMES:

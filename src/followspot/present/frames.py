@@ -15,6 +15,7 @@ from followspot.passes.average import AveragePass
 from followspot.passes.frame import FrameInput
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
+from followspot.scene.load import with_chosen_light
 from followspot.scene.path import CameraPath
 from followspot.scene.scene import Scene
 
@@ -24,6 +25,9 @@ Picture = NDArray[Any]
 SHUTTER = 0.5
 """Share of a frame's time that the shutter is open where there is motion blur: a film camera's 180
 degrees."""
+
+LOOKS = 16
+"""Moments of a path at which is looked at what a light is chosen for."""
 
 EXPOSURES = 9
 """Moments of a film that its one exposure is the median of."""
@@ -133,11 +137,20 @@ class FilmCamera:
         self.close()
 
 
+def lit_along(scene: Scene, path: CameraPath) -> Scene:
+    """The scene; where its light was chosen, under one that is chosen for all of a path."""
+    if not scene.lights_chosen:
+        return scene
+    return with_chosen_light(scene, [path.camera(t) for t in np.linspace(0, path.seconds, LOOKS)])
+
+
 def exposure_for(scene: Scene, path: CameraPath, view: View) -> float:
     """One exposure for a whole film: the median of those of moments along its path."""
     if scene.settings.exposure is not None or not view.is_light:
         return scene.settings.exposure or 1.0
     with Renderer((160, 120)) as renderer:
         moments = np.linspace(0, path.seconds, EXPOSURES)
-        cameras = [path.camera(time) for time in moments]
-        return float(np.median([renderer.exposure(scene, camera) for camera in cameras]))
+        found = [
+            renderer.exposure(scene, path.camera(time), time=time) for time in moments.tolist()
+        ]
+        return float(np.median(found))

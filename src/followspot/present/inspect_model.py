@@ -6,8 +6,8 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from followspot.assets import image
 from followspot.assets.animation import Animation
@@ -17,6 +17,7 @@ from followspot.assets.md3 import Md3Model, read_md3
 from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image, images_beside
 from followspot.assets.player import Player, load_player
 from followspot.assets.shader_parser import load_scripts
+from followspot.present.console import open_console
 from followspot.scene import figure_file
 from followspot.scene.figure_file import PLAYER, FigureFiles
 from followspot.scene.load import search_roots
@@ -54,8 +55,8 @@ def tell(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     if as_json:
         print(msgspec.json.format(msgspec.json.encode(found)).decode())
         return
-    console = Console(highlight=False)
-    console.print(f"[bold]{found['name']}[/]  {found['file']}")
+    console = open_console()
+    console.print(Text(found["name"], style="bold"), found["file"], sep="  ")
     console.print(", ".join(f"{count} {what}" for what, count in found["counts"].items()))
     if "bounds" in found:
         console.print("bounds {mins} to {maxs} {unit}, over all frames".format(**found["bounds"]))
@@ -67,9 +68,9 @@ def tell(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
             console.print(_table(title, found[title]))
     for missing in found["missing"]:
         tried = ", ".join(missing["tried"])
-        console.print(f"missing: {missing['name']} (tried {tried})", style="red", markup=False)
+        console.print(f"missing: {missing['name']} (tried {tried})", style="red")
     for problem in found["problems"]:
-        console.print(f"passed over: {problem}", style="yellow", markup=False)
+        console.print(f"passed over: {problem}", style="yellow")
 
 
 def _md2(archive: Archive, entry: str, model: Md2Model) -> dict[str, Any]:
@@ -221,7 +222,7 @@ def _table(title: str, rows: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any) -> Text | str:
     if value is None:
-        return "[red]white[/]"
+        return Text("white", style="red")
     return ", ".join(value) if isinstance(value, list) else f"{value}"

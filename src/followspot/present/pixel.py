@@ -14,9 +14,10 @@ from followspot.passes.shadow_tiles import Tile, near_reach
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.light import SpotLight
+from followspot.scene.settings import CullFace
 from followspot.scene.sight import Crossing, crossings
 
-_TWO_SIDED, _GRAZING, _STEEP = 3.0, 0.1, 0.4
+_LIT_SIDE, _GRAZING, _STEEP = 3.0, 0.1, 0.4
 """As in surface.vert."""
 
 Values = NDArray[np.float64]
@@ -260,13 +261,15 @@ def _light_space(
         normals, cosine = np.where(cosine < 0, -normals.T, normals.T).T, np.abs(cosine)
     axes, texel_in_depth = shadow.offsets(wide, settings)
     across = normals @ axes[:, :3].T
-    depth = np.maximum(cosine, 0)
-    if two_sided:
+    depth = np.zeros(3)
+    if two_sided or settings.shadow_cull is not CullFace.FRONT:
         facing = np.clip((cosine - _GRAZING) / (_STEEP - _GRAZING), 0, 1)
         facing = facing * facing * (3 - 2 * facing)
         deepens = np.abs(across).sum(axis=1) / np.maximum(cosine, _GRAZING)
-        depth = _TWO_SIDED * (cosine + (deepens - cosine) * facing)
-        across = across * (_TWO_SIDED + (1 - _TWO_SIDED) * facing)[:, np.newaxis]
+        deepens = np.maximum(deepens, cosine / _LIT_SIDE)
+        cosine = np.maximum(cosine, 0)
+        depth = _LIT_SIDE * (cosine + (deepens - cosine) * facing)
+        across = across * (_LIT_SIDE + (1 - _LIT_SIDE) * facing)[:, np.newaxis]
     places = np.c_[corners + normals * settings.shadow_bias, np.ones(3)]
     places = places @ shadow.atlas_from_world(wide).T
     offsets = np.c_[across * axes[:, 3] * places[:, 3:], texel_in_depth * depth]

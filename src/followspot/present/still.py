@@ -61,7 +61,7 @@ def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[S
     if lights:
         scene = scene.with_lights(*lights)
     elif scene.lights_chosen and camera is not scene.camera():
-        scene = with_chosen_light(scene, camera)
+        scene = with_chosen_light(scene, [camera])
     settings = arguments.parse_settings(
         scene,
         wish.settings,

@@ -5,20 +5,21 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from followspot.present import bench as bench_
 from followspot.present import figures as figures_
 from followspot.present import inspect as inspect_
 from followspot.present import inspect_model
+from followspot.present.console import open_console, working
 from followspot.present.still import Wish
 from followspot.present.stopwatch import Steps
 
 
 def figures(name: str, folder: Path, wish: Wish) -> None:
     """Run ``followspot figures`` and print each file with the time that it took."""
-    console, steps = Console(), Steps()
+    console, steps = open_console(), Steps()
     table = Table("picture", "ms", title=f"{name}, {wish.size}")
     table.columns[1].justify = "right"
 
@@ -26,7 +27,7 @@ def figures(name: str, folder: Path, wish: Wish) -> None:
         steps(path.name)
         table.add_row(str(path), f"{steps.ms[path.name]:.0f}")
 
-    with console.status(f"drawing {name}"):
+    with working(console, f"drawing {name}"):
         figures_.make(name, folder, wish, steps, on_picture)
     console.print(table)
     files = {row.name for row in folder.iterdir()}
@@ -43,10 +44,10 @@ def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     if as_json:
         print(msgspec.json.format(msgspec.json.encode(found)).decode())
         return
-    console = Console()
-    console.print(f"[bold]{found['name']}[/]  {found['file']}", highlight=False)
+    console = open_console()
+    console.print(Text(found["name"], style="bold"), found["file"], sep="  ")
     mins, maxs = found["bounds"]["mins"], found["bounds"]["maxs"]
-    console.print(f"bounds {mins} to {maxs} units; sky {found['sky']}", highlight=False)
+    console.print(f"bounds {mins} to {maxs} units; sky {found['sky']}")
     for title in ("counts", "entities"):
         console.print(_two_columns(title, found[title]))
     console.print(_cameras(found["cameras"]))
@@ -55,9 +56,9 @@ def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     console.print(_materials(found["materials"]))
     for missing in found["missing"]:
         tried = ", ".join(missing["tried"])
-        console.print(f"missing: {missing['name']} (tried {tried})", style="red", highlight=False)
+        console.print(f"missing: {missing['name']} (tried {tried})", style="red")
     for problem in found["problems"]:
-        console.print(f"passed over: {problem}", style="yellow", highlight=False)
+        console.print(f"passed over: {problem}", style="yellow")
     console.print(
         _two_columns("memory, MiB", {k: f"{v:.1f}" for k, v in found["memory_mb"].items()})
     )
@@ -66,14 +67,14 @@ def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
 
 def bench(name: str, wish: Wish, frames: int, *, sweep: bool, as_json: bool) -> None:
     """Run ``followspot bench``."""
-    console = Console(stderr=as_json)
-    with console.status(f"measuring {name}") as status:
+    console = open_console(on_stderr=as_json)
+    with working(console, f"measuring {name}") as status:
         result = bench_.run(
             name,
             wish,
             frames,
             sweep,
-            lambda t: status.update(f"measuring {name}: {t.camera} {t.median_ms:.1f} ms"),
+            lambda t: status.update(Text(f"measuring {name}: {t.camera} {t.median_ms:.1f} ms")),
         )
     if as_json:
         print(msgspec.json.format(msgspec.json.encode(result)).decode())
@@ -92,9 +93,9 @@ def bench(name: str, wish: Wish, frames: int, *, sweep: bool, as_json: bool) -> 
     console.print(table)
     for view in result.views if len(result.views) == 1 else ():
         parts = ", ".join(f"{name} {ms:.2f}" for name, ms in view.pass_ms.items())
-        console.print(f"GPU ms by pass: {parts}", highlight=False)
+        console.print(f"GPU ms by pass: {parts}")
     console.print(_steps(result.load_ms))
-    console.print(f"peak memory {result.peak_memory_mb:.0f} MiB", highlight=False)
+    console.print(f"peak memory {result.peak_memory_mb:.0f} MiB")
 
 
 def _steps(ms: Mapping[str, float]) -> str:
@@ -133,7 +134,10 @@ def _materials(materials: Sequence[Mapping[str, Any]]) -> Table:
     for m in materials:
         kind = m["shade"] if m["blend"] else "cut out" if m["alpha_test"] else "solid"
         sides = "" if m["sides"] == "front" else f", {m['sides']} sides"
-        image = m["image"] or ("coloured" if m["tinted"] else "[red]white[/]")
-        name = m["name"] if image.startswith(m["name"] + ".") else f"{m['name']}\n  {image}"
+        name = Text(m["name"])
+        if m["image"] is None and not m["tinted"]:
+            name.append("\n  white", "red")
+        elif not (image := m["image"] or "coloured").startswith(m["name"] + "."):
+            name.append(f"\n  {image}")
         table.add_row(name, kind + sides, str(m["triangles"]))
     return table

@@ -23,6 +23,7 @@ from followspot.present.comparison import (
     radiance_figures,
     visibility_figures,
 )
+from followspot.present.console import open_console, working
 from followspot.present.cut_outs import Mask, Numbers
 from followspot.present.raytracer import load_mitsuba
 from followspot.present.renderer import Renderer
@@ -93,15 +94,15 @@ def run(name: str, folder: Path, wish: Wish) -> None:
     load_mitsuba()  # before anything else takes time
     size = arguments.parse_size(wish.size)
     scene, camera = open_scene(name, wish)
-    console = Console()
-    with console.status(f"tracing {name}"), Renderer(size) as renderer:
+    console = open_console()
+    with working(console, f"tracing {name}"), Renderer(size) as renderer:
         figures, made = measure(renderer, scene, camera)
     for file, picture in made.items():
         pictures.save(folder / file, picture)
     report = msgspec.json.format(msgspec.json.encode(figures))
     pictures.write_whole(folder / "figures.json", lambda to: to.write_bytes(report))
     _print(console, figures)
-    console.print(f"pictures and figures.json are in {folder}", highlight=False)
+    console.print(f"pictures and figures.json are in {folder}")
 
 
 def measure(
@@ -214,7 +215,6 @@ def _print(console: Console, figures: Figures) -> None:
     console.print(
         f"{figures.scene} at {width}x{height}, albedo {figures.settings.albedo:g}, by "
         f"{figures.gl_renderer} and Mitsuba {figures.mitsuba}\n{figures.light}",
-        highlight=False,
     )
     radiance, sky = figures.radiance, figures.environment
     table = Table("relative difference of radiance", "pixels", "median", "p99", "worst")
@@ -238,7 +238,6 @@ def _print(console: Console, figures: Figures) -> None:
         f"same surface {_percent(figures.same_surface)}, cut out or seen through such "
         f"{_percent(figures.cut_out)}, as Mitsuba's direct integrator "
         f"{_percent(figures.direct_integrator)}",
-        highlight=False,
     )
 
 

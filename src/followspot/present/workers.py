@@ -17,7 +17,7 @@ from select import select
 import numpy as np
 
 from followspot.errors import FollowspotError
-from followspot.present.frames import Film, FilmCamera, Picture
+from followspot.present.frames import Film, FilmCamera, Picture, lit_along
 from followspot.present.still import Wish, open_scene
 
 _PIPE_BYTES = 1 << 20
@@ -106,7 +106,7 @@ def main() -> None:
     os.dup2(2, 1)  # what anybody prints must not get among the pixels
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # nobody reads any more: end
     job: Job = pickle.load(sys.stdin.buffer)
-    scene, _ = open_scene(job.scene, job.wish)
+    scene = lit_along(open_scene(job.scene, job.wish)[0], job.film.path)
     with open(out, "wb", buffering=0) as pipe, FilmCamera(scene, job.film) as camera:  # noqa: PTH123
         for picture in camera.pictures(job.numbers):
             left = np.ascontiguousarray(picture).data.cast("B")

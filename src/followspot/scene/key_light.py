@@ -6,6 +6,9 @@ Elsewhere a spot light goes under the ceiling where most of what the camera sees
 """
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +22,12 @@ from followspot.scene.camera import Camera
 from followspot.scene.level import Level
 from followspot.scene.light import SpotLight
 from followspot.scene.material import SURFACE_SKY
+from followspot.scene.triangle_tree import TriangleTree
 from followspot.spaces import Vec3
 
 IRRADIANCE = 4.0
-"""W/m^2 of a chosen light where it shines squarely: some times that of a sky of radiance 0.3."""
+"""W/m^2 that a chosen light gives to a surface facing it: about four times what a sky of radiance
+0.3 does (0.3 pi)."""
 
 FILL = 0.15
 """Radiance in W/(m^2 sr) that a chosen light's surroundings have at least, on average: a level in
@@ -38,22 +43,32 @@ SPOT_HALF_ANGLE = math.radians(55)
 REACH = 4096.0
 """Units that a look around goes at most."""
 
+Points = NDArray[np.float64]
+"""(n, 3) in world units."""
+
 _FAR_ENOUGH = 400.0  # units from which a spot light may light a wall, and no farther is better
 _FINALISTS = 32
+_CHECKED, _CLEAR = 8, 0.8  # finalists at most that triangles are asked about; a share that will do
 
 
-def choose(level: Level, sun: Sun | None, camera: Camera, metres_per_unit: float) -> SpotLight:
+def choose(
+    level: Level, sun: Sun | None, cameras: Sequence[Camera], metres_per_unit: float
+) -> SpotLight:
     """The light of a level that came without any.
 
     Args:
         level: Its tree of planes tells what is open.
         sun: Of the level's sky, if it has one.
-        camera: What the spot light is chosen for, where there is no sun.
+        cameras: What is to be lit: what one camera sees, or one on its way at several times.
         metres_per_unit: Length of a unit.
     """
-    if sun is not None and _sun_share(level.bsp, sun.direction_to_sun, camera) >= SUN_SHARE:
+    bsp = level.bsp
+    looks = [_look(bsp, each.position, _ahead(each, 1024 // len(cameras))) for each in cameras]
+    seen = np.concatenate(looks)
+    eyes = np.repeat([each.position for each in cameras], [len(look) for look in looks], axis=0)
+    if sun is not None and _sun_share(bsp, sun.direction_to_sun, eyes, seen) >= SUN_SHARE:
         return _sun_light(level, sun, metres_per_unit)
-    return _spot_light(level, camera, metres_per_unit)
+    return _spot_light(level, cameras[0], eyes, seen, metres_per_unit)
 
 
 def _sun_light(level: Level, sun: Sun, metres_per_unit: float) -> SpotLight:
@@ -74,10 +89,7 @@ def _sun_light(level: Level, sun: Sun, metres_per_unit: float) -> SpotLight:
 def _with_irradiance(light: SpotLight, metres: float) -> SpotLight:
     """The light scaled so that it gives IRRADIANCE at a distance on its axis."""
     wanted = IRRADIANCE * metres**2
-    power = spaces.vec3(light.power * (wanted / light.intensity.max()))
-    return SpotLight(
-        light.position, light.direction, light.half_angle, power, light.softness, name=light.name
-    )
+    return replace(light, power=spaces.vec3(light.power * (wanted / light.intensity.max())))
 
 
 def ambient(sky_mean: NDArray[np.float64]) -> float:
@@ -85,14 +97,13 @@ def ambient(sky_mean: NDArray[np.float64]) -> float:
     return max(0.0, FILL - float(sky_mean @ LUMINANCE))
 
 
-def _sun_share(bsp: BspFile, to_sun: Vec3, camera: Camera) -> float:
-    """Share of the places that a camera sees which the sun reaches through the sky."""
+def _sun_share(bsp: BspFile, to_sun: Vec3, eyes: Points, seen: Points) -> float:
+    """Share of the places that eyes see which the sun reaches through the sky."""
     is_sky = (bsp.shaders["surface_flags"][bsp.faces["shader"]] & SURFACE_SKY) != 0
     sky = np.flatnonzero(is_sky & (bsp.faces["vertex_count"] > 0))
     if not len(sky):
         return 0.0
-    seen = _look(bsp, camera.position, _ahead(camera))
-    places = seen + (camera.position - seen) * 0.02  # off the wall that was hit
+    places = seen + (eyes - seen) * 0.02  # off the wall that was hit
     reach = float(np.linalg.norm(bsp.models["maxs"][0] - bsp.models["mins"][0])) + 1
     ends = places + to_sun * reach
     fractions = bsp_tree.trace(bsp, places, ends)
@@ -117,30 +128,32 @@ def _run_boxes(
     return mins, maxs
 
 
-def _spot_light(level: Level, camera: Camera, metres_per_unit: float) -> SpotLight:
-    """A spot light under the ceiling, ahead of the camera, aimed at what the camera sees."""
-    bsp, eye = level.bsp, camera.position
-    seen = _look(bsp, eye, _ahead(camera))
+def _spot_light(
+    level: Level, camera: Camera, eyes: Points, seen: Points, metres_per_unit: float
+) -> SpotLight:
+    """A spot light under the ceiling, ahead of the camera, aimed at what is seen."""
+    bsp = level.bsp
     # Candidates: part of the way along lines of sight, lifted most of the way to the ceiling.
-    shares = np.repeat([0.2, 0.4, 0.6], len(seen[::2]))[:, np.newaxis]
-    places = eye + (np.tile(seen[::2], (3, 1)) - eye) * shares
+    ways = (seen - eyes)[::2]
+    places = np.concatenate([eyes[::2] + ways * share for share in (0.2, 0.4, 0.6)])
     up = np.array([0.0, 0.0, 512.0])
     places = places + up * (bsp_tree.trace(bsp, places, places + up) * 0.8)[:, np.newaxis]
     # The best one by a rough look at all, then a close look at those that did well.
-    rough = _scores(_distances_lit(bsp, places, seen[::16]))
+    rough = _worth(_distances_lit(bsp, places, seen[::16])).mean(axis=1)
     places = places[np.argsort(-rough, kind="stable")[:_FINALISTS]]
     sample = seen[::3]
     distances = _distances_lit(bsp, places, sample)
-    best = int(_scores(distances).argmax())
-    position = places[best]
-    lit = sample[distances[best] > 0]
-    target = lit.mean(axis=0) if len(lit) else eye + camera.forward * 100
+    aims = [_best_aim(sample - places[k], distances[k]) for k in range(len(places))]
+    best = _clearest(level, places, sample, aims)
+    position, lit = places[best], aims[best].lit
+    target = camera.position + camera.forward * 100
+    if lit.any():
+        target = sample[lit].mean(axis=0)
     away = target - position
     if np.linalg.norm(away) < 1e-3:
         away = np.array([0.0, 0.0, -1.0])
-    metres = (
-        max(float(np.median(np.linalg.norm(sample - position, axis=1))), 64.0) * metres_per_unit
-    )
+    far = np.linalg.norm(sample[lit] - position, axis=1) if lit.any() else np.zeros(1)
+    metres = max(float(np.median(far)), 64.0) * metres_per_unit
     light = SpotLight(
         spaces.vec3(position),
         spaces.normalised(away),
@@ -152,9 +165,7 @@ def _spot_light(level: Level, camera: Camera, metres_per_unit: float) -> SpotLig
     return _with_irradiance(light, metres)
 
 
-def _distances_lit(
-    bsp: BspFile, places: NDArray[np.float64], targets: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _distances_lit(bsp: BspFile, places: Points, targets: Points) -> NDArray[np.float64]:
     """(places, targets) units from one to the other, 0 where a wall is between them."""
     start = np.repeat(places, len(targets), axis=0)
     way = np.tile(targets, (len(places), 1)) - start
@@ -163,18 +174,63 @@ def _distances_lit(
     return distances.reshape(len(places), len(targets))
 
 
-def _scores(distances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(places,) how good each is for a light: it sees much, from not too near."""
-    return np.asarray(np.minimum(distances, _FAR_ENOUGH).mean(axis=1))
+class _Aim(NamedTuple):
+    """What a spot light is worth that is turned to one of (n,) places, and which it lights."""
+
+    worth: float
+    lit: NDArray[np.bool_]
 
 
-def _ahead(camera: Camera) -> NDArray[np.float64]:
-    """(n, 3) unit vectors spread over what a camera sees, and a little beside it."""
-    directions = spaces.directions_around(1024)
+def _best_aim(ways: Points, distances: NDArray[np.float64]) -> _Aim:
+    """The best of a light's aims.
+
+    Args:
+        ways: (n, 3) to the places from the light, in units.
+        distances: (n,) units, 0 where a wall is between.
+    """
+    units = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-6)
+    in_cone = (units @ units.T > math.cos(SPOT_HALF_ANGLE)) & (distances > 0)
+    worth = in_cone @ _worth(distances) * (distances > 0)
+    aim = int(worth.argmax())
+    return _Aim(float(worth[aim]), in_cone[aim])
+
+
+def _clearest(level: Level, places: Points, targets: Points, aims: Sequence[_Aim]) -> int:
+    """Which place for a light is best, seen with the triangles that are drawn.
+
+    The level's planes know nothing of doors and curved surfaces, nor of what is drawn in the open.
+    """
+    blocks = np.array([m.blend is None and m.alpha_test is None for m in level.materials], bool)
+    faces = level.mesh.faces
+    chosen = np.repeat(blocks[faces["material"]], faces["index_count"] // 3)
+    tree = TriangleTree(level.mesh, chosen)
+    best, most = 0, -1.0
+    for k in sorted(range(len(aims)), key=lambda k: -aims[k].worth)[:_CHECKED]:
+        ends = targets[aims[k].lit][::2]
+        start = np.broadcast_to(places[k], ends.shape)
+        clear = np.ones(len(ends), bool)
+        for hits in tree.crossings(start, start + (ends - start) * 0.97):
+            clear[hits.line] = False
+        share = float(clear.mean()) if len(clear) else 0.0
+        if aims[k].worth * share > most:
+            best, most = k, aims[k].worth * share
+        if share >= _CLEAR:
+            break
+    return best
+
+
+def _worth(distances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How good it is for a light to reach places at some distances, 0 if it does not: not near."""
+    return np.minimum(distances, _FAR_ENOUGH)
+
+
+def _ahead(camera: Camera, count: int) -> Points:
+    """(n, 3) unit vectors spread over what a camera sees, of `count` all around."""
+    directions = spaces.directions_around(count)
     return directions[directions @ camera.forward > math.cos(math.radians(50))]
 
 
-def _look(bsp: BspFile, eye: Vec3, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _look(bsp: BspFile, eye: Vec3, directions: Points) -> Points:
     """(n, 3) where lines of sight from an eye end."""
     start = np.broadcast_to(eye, directions.shape)
     end = start + directions * REACH

@@ -219,7 +219,7 @@ def _assemble(
         problems=(*archive.problems, *scripts.problems, *trouble, *figures.problems),
     )
     if file.lights is None:
-        scene = with_chosen_light(scene, scene.camera())
+        scene = with_chosen_light(scene, [scene.camera()])
     on_step("choose light")
     return scene
 
@@ -255,9 +255,9 @@ def _crowd(
     return Crowd(found)
 
 
-def with_chosen_light(scene: Scene, camera: Camera) -> Scene:
-    """The scene under a light that suits its level and what a camera sees."""
-    light = key_light.choose(scene.level, scene.sun, camera, scene.metres_per_unit)
+def with_chosen_light(scene: Scene, cameras: Sequence[Camera]) -> Scene:
+    """The scene under a light that suits its level and what cameras see."""
+    light = key_light.choose(scene.level, scene.sun, cameras, scene.metres_per_unit)
     sky_mean = scene.sky.towards_axes().mean(axis=0) * scene.environment_constant
     ambient = key_light.ambient(sky_mean)
     return replace(scene, lights=(light,), lights_chosen=True, ambient=ambient)

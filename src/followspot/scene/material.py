@@ -21,8 +21,10 @@ SURFACE_SKIP = 0x200
 
 Blend = tuple[BlendFactor, BlendFactor]
 
-_OPAQUE = (BlendFactor.ONE, BlendFactor.ZERO)
+_COVERS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
+_BRIGHTENS = (BlendFactor.DST_COLOR, BlendFactor.ONE)
 _MULTIPLIES = {
+    _BRIGHTENS,
     (BlendFactor.DST_COLOR, BlendFactor.ZERO),
     (BlendFactor.ZERO, BlendFactor.SRC_COLOR),
     (BlendFactor.DST_COLOR, BlendFactor.SRC_COLOR),
@@ -114,16 +116,16 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
     if stage is None:  # only lightmaps or plain white: the name may still be an image
         return Material(name, find_image(name), sides=script.cull)
     first = script.stages[0]
-    blend = None if first.blend in (None, _OPAQUE) else stage.blend or first.blend
     alpha_test = first.alpha_test or stage.alpha_test
-    if alpha_test is not None or blend == _OPAQUE:
-        blend = None
+    # What is cut out stands for itself, whatever it is mixed with, unless it only brightens.
+    is_blended = first.blend is not None and (alpha_test is None or first.blend == _BRIGHTENS)
+    blend = (stage.blend or first.blend) if is_blended else None
     assert stage.image is not None, script
     return Material(
         name,
         find_image(stage.image),
         sides=script.cull,
-        alpha_test=alpha_test if blend is None else None,
+        alpha_test=alpha_test,
         blend=blend,
         shade=_shade(blend),
         clamps=stage.clamps,
@@ -135,15 +137,28 @@ def _base_stage(script: ShaderScript) -> Stage | None:
     """The stage whose image tells the surface's colour.
 
     Stages with a reflection's coordinates or that only add a glow come last; among the others the
-    first one counts, which is the base in ``base, lightmap`` and in ``lightmap, base`` alike.
+    first one counts, which is the base in ``base, lightmap`` and in ``lightmap, base`` alike. But
+    what moves under an image with holes is an effect, and the image the surface; and water whose
+    first stage darkens the ground is seen by the ripples that another adds.
     """
     candidates = [s for s in script.stages if s.image and not s.image.startswith(("$", "*"))]
+    base = min(candidates, key=lambda stage: (_reflects(stage), _adds(stage)), default=None)
+    if base is None or script.stages[0].alpha_test is not None:
+        return base
+    others = [stage for stage in candidates if not _reflects(stage)]
+    if base.blend is None and any(directive.name == "tcmod" for directive in base.directives):
+        return next((stage for stage in others if stage.blend == _COVERS), base)
+    if base.blend in _MULTIPLIES and script.stages[0] is base:
+        return next(filter(_adds, others), base)
+    return base
 
-    def rank(stage: Stage) -> tuple[bool, bool]:
-        glows = stage.blend is not None and stage.blend[1] is BlendFactor.ONE
-        return stage.tc_gen[0].startswith("env"), glows
 
-    return min(candidates, key=rank, default=None)
+def _reflects(stage: Stage) -> bool:
+    return stage.tc_gen[0].startswith("env")
+
+
+def _adds(stage: Stage) -> bool:
+    return stage.blend is not None and stage.blend[1] is BlendFactor.ONE
 
 
 def _shade(blend: Blend | None) -> Shade:

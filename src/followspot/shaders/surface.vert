@@ -26,12 +26,13 @@ out vec3 shadow_near[SHADOWS];  // x, y in the near tile, used from -w to w; and
 out vec4 shadowed_ray[SHADOWS];  // common/light.glsl
 flat out vec4 shadowed_glow[SHADOWS];
 
-// Two-sided surfaces are moved by so many times the normal offset; and how, between two cosines.
-const float TWO_SIDED = 3.0, GRAZING = 0.1, STEEP = 0.4;
+// What is in the map with its lit side is moved by so many times the normal offset; and how, between
+// two cosines.
+const float LIT_SIDE = 3.0, GRAZING = 0.1, STEEP = 0.4;
 
 // Where a receiver is looked up. It is moved off its surface by a part of a texel (Holbert, "Saying
-// goodbye to shadow acne", 2011): across the map as its normal points, and towards the light as far
-// as it faces it; not along the light's axis, into surfaces that face away from that.
+// goodbye to shadow acne", 2011), but only across the map, as its normal points: moved towards the
+// light as well, the foot of a shaded wall would come to lie in the wall, where light is.
 void place_in_tiles(int i, vec3 position, vec3 n) {
     vec3 ray = shadowed_ray[i].xyz;
     float cosine = dot(n, ray) * inversesqrt(dot(ray, ray));
@@ -40,16 +41,16 @@ void place_in_tiles(int i, vec3 position, vec3 n) {
     cosine = abs(cosine);
 #endif
     vec2 across = vec2(dot(offset_right[i].xyz, n), dot(offset_up[i].xyz, n));
-#ifdef SIDES_BOTH
-    // Its lit side is in the map itself, whichever faces that leaves out: it is moved by as much as a
-    // plane so steep deepens from texel to texel, so that shadows' edges on it stay where they are;
-    // but across the map under grazing light, where that has no end.
+    float nearer = 0.0;
+#if defined(SIDES_BOTH) || defined(LIT_SIDES_CAST)
+    // It is in the map itself and would shadow itself. It is moved towards the light by the depth
+    // that a plane of its slope gains from texel to texel, which leaves shadows' edges on it in
+    // place, and by one offset at least, for rounding. Under grazing light that depth has no bound:
+    // there it is moved across instead.
     float facing = smoothstep(GRAZING, STEEP, cosine);
     float deepens = (abs(across.x) + abs(across.y)) / max(cosine, GRAZING);
-    float nearer = TWO_SIDED * mix(cosine, deepens, facing);
-    across *= mix(TWO_SIDED, 1.0, facing);
-#else
-    float nearer = max(cosine, 0.0);
+    nearer = LIT_SIDE * mix(max(cosine, 0.0), max(deepens, cosine / LIT_SIDE), facing);
+    across *= mix(LIT_SIDE, 1.0, facing);
 #endif
     float depth = light_position[i].w * nearer;
     vec4 s = shadow_from_world[i] * vec4(position + n * SHADOW_BIAS, 1.0);

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import moderngl
 import numpy as np
 from driver import Condition, Finger, Hands
 from gl_calls import live_objects
@@ -28,7 +29,7 @@ from followspot.passes.frame import FramePipeline
 from followspot.passes.view import View
 from followspot.present.viewer import copying
 from followspot.present.viewer import window as viewer_window
-from followspot.present.viewer.state import Mouse, Tool
+from followspot.present.viewer.state import Look, Mouse, Tool
 from followspot.scene import scene_file
 from followspot.scene.light import PointLight, SpotLight
 from followspot.scene.path import CameraPath
@@ -435,6 +436,21 @@ def switching(finger: Finger) -> None:
         found = finger.in_frame(live_objects)
         # The exposure is known, so what measures it need not have been compiled again.
         assert all(found[kind] <= count for kind, count in counts[-1].items()), (name, found)
+
+
+def failing(hands: Hands) -> Iterator[None]:
+    """A scene that cannot be drawn: nobody looks at textures that went with the one before."""
+    viewer = hands.viewer
+    light = '[[lights]]\ntype = "point"\nposition = [0, 0, 0]\npower = 1\n'
+    Path("nine.toml").write_text('level = "courtyard"\n' + 9 * light)
+    viewer.state = replace(hands.state, look=Look(View.SHADOW_MAP))
+    yield from hands.until(lambda _: viewer._seen is not None and viewer._seen.found.key_map)
+    viewer.state = replace(hands.state, wanted="nine.toml")
+    for _ in hands.until(has_failed("at most 8 lights")):
+        yield
+        shown = viewer._seen.found.key_map
+        assert shown is None or not isinstance(shown.mglo, moderngl.InvalidObject)
+    yield from hands.until(lambda _: viewer._seen.found.key_map)
 
 
 def hiding(hands: Hands) -> Iterator[None]:

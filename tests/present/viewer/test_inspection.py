@@ -1,5 +1,7 @@
 """What the panels find out: their pictures, and the window."""
 
+import gc
+import weakref
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +19,8 @@ from followspot.passes.sky_preview import FACES, SkyPreview
 from followspot.passes.thumbnails import ACROSS, EDGE, Thumbnail, Thumbnails
 from followspot.present.renderer import Renderer
 from followspot.present.viewer import copying, saving
+from followspot.present.viewer.asking import Asked
+from followspot.present.viewer.inspection import Inspector
 from followspot.present.viewer.state import State
 from followspot.scene import scene_file
 from followspot.scene.load import BUILTIN, load
@@ -161,6 +165,51 @@ def test_thumbnails_make_room_for_new_ones(
     assert materials[0] not in small
     assert small.of(materials[5], gpu_scene) == places[0]
     small.release()
+
+
+def asking(pixel: tuple[int, int], **more: object) -> State:
+    """Somebody who asks for a pixel of a floor under a lamp."""
+    scene = synthetic.make_scene([synthetic.floor()], synthetic.point((0, 0, 90)))
+    state = State.of(scene, synthetic.camera((0, 0, 60), pitch=40))
+    return replace(state, asked=Asked(pixel=pixel, **more))  # type: ignore[arg-type]
+
+
+def test_a_pixel_is_another_one_in_a_picture_of_another_size() -> None:
+    state = asking((20, 30), follows=True)
+    with Renderer((64, 48)) as renderer:
+        inspector = Inspector(renderer.open(state.scene).context)
+
+        def look() -> tuple[object, bool]:
+            inspector.before(renderer, state)
+            renderer.draw(state.frame(state.look))
+            found = inspector.after(renderer, state)
+            return found.pixel, found.pixel_is_old
+
+        before, is_old = look()
+        assert before is not None and not is_old
+        renderer.resize((96, 72))
+        assert look() == (before, True)
+        seen = [look() for _ in range(30)]
+        assert seen[-1][0] != before and not seen[-1][1]
+        inspector.release()
+
+
+def test_a_level_that_was_closed_is_let_go() -> None:
+    state = asking((20, 30), sky_level=0)
+    with Renderer((64, 48)) as renderer:
+        inspector = Inspector(renderer.open(state.scene).context)
+        level = weakref.ref(state.scene.level)
+        inspector.before(renderer, state)
+        renderer.draw(state.frame(state.look))
+        assert inspector.after(renderer, state).pixel is not None
+        other = replace(asking((0, 0)), asked=Asked())
+        inspector.before(renderer, other)
+        renderer.draw(other.frame(other.look))
+        inspector.after(renderer, other)
+        del state
+        gc.collect()
+        assert level() is None
+        inspector.release()
 
 
 def test_the_environment_constant_is_saved_and_told(tmp_path: Path) -> None:

@@ -155,6 +155,18 @@ def test_by_the_clock_pictures_are_repeated_and_left_out(tmp_path: Path) -> None
     assert steps.tolist() == [1, 3, 1, 5]
 
 
+def test_by_the_clock_a_film_begins_with_its_first_picture(tmp_path: Path) -> None:
+    with ThreadPoolExecutor() as writers:
+        reel = Reel(tmp_path / "a.mp4", (48, 32), 30, by_clock=True, writers=writers)
+        shown = []
+        for seconds in (0.4, 0.1, 0.1):
+            shown.append(reel.due(seconds))
+            reel.add(picture(40), shown[-1])
+        reel.finish()
+        reel.written.result()
+    assert shown == [1, 3, 3]
+
+
 def test_a_film_that_cannot_be_written_keeps_nobody_waiting(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with ThreadPoolExecutor() as writers:

@@ -14,7 +14,8 @@ from followspot.passes import lighting
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present import arguments
-from followspot.present.viewer import canvas, copying, lamps
+from followspot.present.still import Wish
+from followspot.present.viewer import canvas, copying, lamps, window
 from followspot.present.viewer.history import LENGTH, History
 from followspot.present.viewer.panels.level import matching
 from followspot.present.viewer.state import PLAIN_ALBEDO, Look, State
@@ -121,6 +122,17 @@ def test_a_view_as_a_command_is_the_same_view(state: State) -> None:
     assert settings == look.settings(state.settings)
     assert "--light" not in found
     assert copying.untold(state) == []
+
+
+def test_what_a_scene_was_opened_with_is_in_the_command() -> None:
+    robot = window.start("models/robot/robot.md2", Wish(animation="run", time=0.25))
+    words = shlex.split(copying.as_command(robot, (640, 480)))
+    assert {"--animation=run", "--time=0.25"} <= set(words) and "--items" not in words
+    level = window.start("courtyard", Wish(items=True))
+    assert "--items" in shlex.split(copying.as_command(level, (640, 480)))
+    for state in (robot, level):
+        other = state.opened(level.scene)
+        assert not other.items and other.animation is None
 
 
 def test_changed_lights_are_in_the_command_and_what_has_no_words_is_told(state: State) -> None:

@@ -6,11 +6,17 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from driver import display, play
 from PIL import Image
+
+import synthetic
+from followspot.errors import UsageError
+from followspot.present.viewer import window
+from followspot.present.viewer.state import State
 
 NOTHING_DRAWN = {"GALLIUM_NOOP": "1", "GALLIUM_THREAD": "0"}
 """For Mesa, where nobody looks at the picture: all but the pixels is done."""
@@ -60,6 +66,10 @@ def test_ten_levels_leave_no_gl_object_behind(screen: str, tmp_path: Path) -> No
     play("switching", screen, tmp_path, **NOTHING_DRAWN)
 
 
+def test_a_scene_that_cannot_be_drawn(screen: str, tmp_path: Path) -> None:
+    play("failing", screen, tmp_path, **NOTHING_DRAWN)
+
+
 def test_fourteen_levels_leave_no_memory_behind(screen: str, tmp_path: Path) -> None:
     play("reopening", screen, tmp_path)
 
@@ -74,6 +84,26 @@ def test_panels_hide_and_their_layout_is_remembered(screen: str, tmp_path: Path)
 
 def test_it_works_where_nothing_can_be_remembered(screen: str, tmp_path: Path) -> None:
     play("standing", screen, tmp_path, HOME="/dev/null/nobody")
+
+
+def test_all_is_closed_even_if_a_film_cannot_be_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed = Mock()
+    for name in ("hello_imgui.manual_render", "implot", "Renderer", "Inspector"):
+        monkeypatch.setattr(f"{window.__name__}.{name}", getattr(closed, name.split(".")[0]))
+    for name in ("window_context", "Pointer", "FrameTimer", "is_software"):
+        monkeypatch.setattr(window, name, Mock())
+    closed.Renderer.return_value.__enter__ = Mock()
+    closed.Renderer.return_value.__exit__ = Mock(return_value=False)
+    scene = synthetic.make_scene([synthetic.floor()])
+    viewer = window.Viewer(State.of(scene, synthetic.camera((0, 0, 9))), (64, 48))
+    viewer.params.app_shall_exit = True
+    monkeypatch.setattr(viewer._recorder, "close", Mock(side_effect=UsageError("disk is full")))
+    with pytest.raises(UsageError, match="disk is full"):
+        viewer.run()
+    closed.Inspector.return_value.release.assert_called_once()
+    closed.Renderer.return_value.__exit__.assert_called_once()
+    closed.implot.destroy_context.assert_called_once()
+    closed.hello_imgui.tear_down.assert_called_once()
 
 
 @pytest.mark.parametrize("name", ["", ":98765"])

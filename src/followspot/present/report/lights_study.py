@@ -195,7 +195,7 @@ def _visible(scene: Scene, camera: Camera, size: tuple[int, int]) -> Mask:
     """(faces,) those that the renderer draws."""
     visible = VisibleFaces(scene)
     clip_from_world = _clip_from_world(scene, camera, size)
-    visible.update(camera.position, clip_from_world, cull=True, with_blended=False)
+    visible.update(camera.position, clip_from_world, cull=True)
     drawn = np.zeros(len(scene.mesh.vertices), bool)
     drawn[visible.opaque.indices] = True
     faces = scene.mesh.faces

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 from followspot.errors import FollowspotError
 from followspot.present import arguments
+from followspot.present.console import open_console, working
 from followspot.present.film import FilmWish
 from followspot.present.renderer import Renderer
 from followspot.present.report.making import making
@@ -61,8 +62,8 @@ def run(
     """
     check(folder)
     size = arguments.parse_size(wish.size)
-    console = Console(stderr=True)
-    with console.status(f"opening {name}"):
+    console = open_console(on_stderr=True)
+    with working(console, f"opening {name}"):
         scene, camera = open_scene(name, wish)
     if film_wish is not None:
         scene.path(film_wish.path)  # a mistake in its name is told before anything takes time
@@ -107,7 +108,7 @@ def _do(step: Step, material: Material, work: _Work, console: Console) -> None:
     work.parts.append(part)
     work.seconds[part.title] = taken
     outcome = f"failed: {part.problem}" if isinstance(part, Failure) else f"{taken:.1f} s"
-    console.print(f"{part.title}: {outcome}", highlight=False, markup=False, soft_wrap=True)
+    console.print(f"{part.title}: {outcome}", soft_wrap=True)
 
 
 def _write(material: Material, work: _Work) -> None:
@@ -146,7 +147,7 @@ def _teller(bar: Progress, task: TaskID, step: Step, number: int) -> Callable[[f
 
 
 def _bar(console: Console) -> Progress:
-    columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}")
+    columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
     return Progress(*columns, console=console)
 
 
@@ -169,4 +170,4 @@ def _tell(console: Console, folder: Path, work: _Work) -> None:
     total = sum(work.seconds.values())
     failed = f"; failed: {', '.join(work.failed)}" if work.failed else ""
     text = f"{folder / INDEX}: made in {total:.0f} s{failed}"
-    console.print(text, highlight=False, markup=False, soft_wrap=True)
+    console.print(text, soft_wrap=True)

@@ -179,15 +179,16 @@ def fitted(
     aspect, far = size[0] / size[1], camera.far_for(*scene.bounds)
     clip_from_world = camera.clip_from_view(aspect, far) @ camera.view_from_world
     visible = VisibleFaces(scene)
-    visible.update(camera.position, clip_from_world, cull=True, with_blended=False)
+    visible.update(camera.position, clip_from_world, cull=True)
     faces = scene.mesh.faces
     everything = shadow_fit.outlines(light, Boxes(faces["mins"], faces["maxs"]))
-    receivers = visible.receivers if settings.shadow_fit else None
     texels = tile_size(settings)
-    cone, wide = (shadow_fit.fit(light, everything, boxes, texels) for boxes in (None, receivers))
-    near = None
-    if receivers is not None:
-        near = shadow_fit.fit_near(light, wide, receivers, texels)
+    cone = shadow_fit.fit(light, everything, None, texels)
+    if not settings.shadow_fit:
+        return Fitted(cone, cone, None, near_reach(settings))
+    seen = shadow_fit.outlines(light, visible.receivers)
+    wide = shadow_fit.fit(light, everything, seen, texels)
+    near = shadow_fit.fit_near(light, wide, visible.receivers, seen, texels)
     return Fitted(cone, wide, near, near_reach(settings))
 
 

@@ -29,6 +29,10 @@ def as_command(state: State, size: tuple[int, int]) -> str:
     camera, look = state.camera, state.look
     words = ["followspot", "render", state.scene.name]
     words += [f"--assets={folder}" for folder in state.assets]
+    if state.items:
+        words.append("--items")
+    if state.animation is not None:
+        words.append(f"--animation={state.animation}")
     words.append(f"--camera={_place(camera)}")
     words += [f"--fov={camera.fov!r}", f"--size={size[0]}x{size[1]}"]
     if look.view is not View.FINAL:

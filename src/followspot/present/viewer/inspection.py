@@ -43,6 +43,7 @@ class Inspector:
 
     def before(self, renderer: Renderer, state: State) -> None:
         """Look at the pixel that was picked; the picture is drawn over it afterwards."""
+        self._meet(renderer.open(state.scene))
         pixel, size = state.asked.pixel, renderer.size
         self._pixel_age += 1
         if pixel is None or any(at >= edge for at, edge in zip(pixel, size, strict=True)):
@@ -50,22 +51,29 @@ class Inspector:
             return
         look = state.look_at((pixel[0] + 0.5) / size[0])
         # The same pixel picked again is another tuple.
-        is_due = state.asked.follows and self._pixel_age >= _EVERY and self._is_old(state, look)
+        is_due = (
+            state.asked.follows and self._pixel_age >= _EVERY and self._is_old(state, look, size)
+        )
         if pixel is self._picked and not is_due:
             return
         self._pixel = inspect_pixel(renderer, state.frame(look), *pixel)
-        self._picked, self._subject, self._pixel_age = pixel, _subject(state, look), 0
+        self._picked, self._subject, self._pixel_age = pixel, _subject(state, look, size), 0
 
-    def _is_old(self, state: State, look: Look) -> bool:
-        return self._subject != _subject(state, look)
+    def _is_old(self, state: State, look: Look, size: tuple[int, int]) -> bool:
+        return self._subject != _subject(state, look, size)
+
+    def _meet(self, gpu_scene: GpuScene) -> None:
+        """Forget all that was found out of another scene, which can go then."""
+        if gpu_scene is not self._gpu_scene:
+            self._thumbnails.forget()
+            self._gpu_scene = gpu_scene
+            self._sky_drawn = self._subject = self._picked = self._pixel = None
 
     def after(self, renderer: Renderer, state: State) -> Found:
         """What else is asked for, when the frame has been drawn."""
         asked, shadow = state.asked, renderer.pipeline.shadow
         gpu_scene = renderer.open(state.scene)
-        if gpu_scene is not self._gpu_scene:
-            self._thumbnails.forget()
-            self._gpu_scene = gpu_scene
+        self._meet(gpu_scene)
         self._map_age = self._map_age + 1 if shadow.version == self._version else 0
         self._version = shadow.version
         has_maps = any(state.frame(look).shadowed for look in state.looks)
@@ -73,7 +81,7 @@ class Inspector:
         is_old = False
         if self._picked is not None:
             look = state.look_at((self._picked[0] + 0.5) / renderer.size[0])
-            is_old = self._is_old(state, look)
+            is_old = self._is_old(state, look, renderer.size)
         return Found(
             key_map=renderer.shadow_map_texture() if has_maps and shows_key_map else None,
             shadow_map=None
@@ -108,11 +116,11 @@ class Inspector:
         self._thumbnails.release()
 
 
-def _subject(state: State, look: Look) -> tuple[object, ...]:
-    """All that the values of a pixel follow from."""
+def _subject(state: State, look: Look, size: tuple[int, int]) -> tuple[object, ...]:
+    """All that the values of a pixel follow from; the picture's size says where it looks."""
     time = state.time if len(state.scene.crowd) else 0.0
     lit = state.scene.level, state.environment_constant, state.lamps, state.settings
-    return *lit, look, state.camera, state.culled_from, state.exposure, time
+    return *lit, look, size, state.camera, state.culled_from, state.exposure, time
 
 
 def _finer(renderer: Renderer, asked: Asked) -> float | None:

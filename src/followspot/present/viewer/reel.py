@@ -49,11 +49,12 @@ class Reel:
     def due(self, seconds: float) -> int:
         """How many frames a picture is for that comes so many seconds after the one before.
 
-        None of them, by the clock, if encoding does not keep up; later ones make up for it.
+        None of them, by the clock, if encoding does not keep up; later ones make up for it. The
+        film's time begins with the first picture that is taken.
         """
         if not self._by_clock:
             return 1
-        self._seconds += seconds
+        self._seconds += seconds if self.count else 0.0
         wanted = math.floor(self._seconds * self._fps + 1e-6) + 1 - self.count
         return 0 if self._waiting.full() else wanted
 

@@ -160,6 +160,8 @@ class State:
         panels: Whether the panels are there.
         mouse: What moving it does.
         assets: Game folders and pk3 files that levels are looked for in first.
+        items: Whether the scene was opened with its level's pick-ups.
+        animation: What the scene's model was told to do, if it was.
         wanted: Name of a level or scene to open next.
         search: Typed over the list of levels.
         view_name: Typed for a view that is to be kept.
@@ -194,6 +196,8 @@ class State:
     panels: bool = True
     mouse: Mouse = Mouse.POINTS
     assets: tuple[Path, ...] = ()
+    items: bool = False
+    animation: str | None = None
     wanted: str | None = None
     search: str = ""
     view_name: str = ""
@@ -231,6 +235,8 @@ class State:
             selected=None,
             asked=Asked(),
             map_light=0,
+            items=False,
+            animation=None,
             wanted=None,
             save_as="",
             notice="",

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import lru_cache
 
@@ -60,6 +61,8 @@ def start(name: str, wish: Wish) -> State:
         lamps=tuple(Lamp(light) for light in lights) or state.lamps,
         assets=tuple(wish.assets),
         time=wish.time,
+        items=wish.items,
+        animation=wish.animation,
     )
 
 
@@ -110,20 +113,20 @@ class Viewer:
             hello_imgui.manual_render.setup_from_runner_params(self.params)
         except RuntimeError as error:
             raise ContextError(f"no window can be opened: {error}") from None
-        implot.create_context()
-        context = window_context()
-        with Renderer(self._size, context) as self.renderer:
+        with ExitStack() as to_close:  # all of it, even if something of it fails
+            to_close.callback(hello_imgui.manual_render.tear_down)
+            implot.create_context()
+            to_close.callback(implot.destroy_context)
+            context = window_context()
+            to_close.callback(context.release)
+            self.renderer = to_close.enter_context(Renderer(self._size, context))
             self._pointer = Pointer()
             self._inspector = Inspector(context)
+            to_close.callback(self._inspector.release)
+            to_close.callback(self._recorder.close)
             self._timer = FrameTimer(context, waits=is_software(self.renderer.gl_renderer))
-            try:
-                while not self.params.app_shall_exit:
-                    hello_imgui.manual_render.render()
-            finally:
-                self._recorder.close()
-                self._inspector.release()
-        implot.destroy_context()
-        hello_imgui.manual_render.tear_down()
+            while not self.params.app_shall_exit:
+                hello_imgui.manual_render.render()
 
     def _begin(self) -> None:
         layout.show_bars(self.params, are_shown=self.state.panels)
@@ -155,6 +158,9 @@ class Viewer:
                 raise
             if isinstance(error, ShaderError):
                 self._reloader.error = error
+            if self._seen is not None:  # shadow maps may have gone with the scene that was open
+                found = replace(self._seen.found, key_map=None, shadow_map=None)
+                self._seen = replace(self._seen, found=found)
             told = str(error).partition("\n")[0]
             self.state = replace(self._drawn, wanted=None, notice=told)
             return

@@ -1,0 +1,110 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from followspot.assets.bsp import LUMPS
+from followspot.assets.shader_parser import find_entries
+from followspot.assets.shader_script import ShaderScript
+from followspot.assets.shader_values import AlphaTest, Sides
+from followspot.assets.shader_values import BlendFactor as Factor
+from followspot.scene.material import Material, Shade, from_script, is_drawn
+from synthetic import open_bsp
+
+WALL = Material("s", "wall")
+ADDS = Factor.ONE, Factor.ONE
+MIXES = Factor.SRC_ALPHA, Factor.ONE_MINUS_SRC_ALPHA
+FILTERS = Factor.DST_COLOR, Factor.ZERO
+BRIGHTENS = Factor.DST_COLOR, Factor.ONE
+
+
+def script(*stages: str, general: str = "") -> ShaderScript:
+    """A script of stages, whose directives are parted by semicolons."""
+    lines = [general, *(f"{{\n{stage}\n}}" for stage in stages)]
+    text = "s\n{\n" + "\n".join(lines).replace("; ", "\n") + "\n}"
+    (entry,), _ = find_entries(text, "s")
+    return entry.read()
+
+
+def made(*stages: str, general: str = "") -> Material:
+    """The material of a script, in an archive that has every image."""
+    return from_script("s", script(*stages, general=general), lambda name: name)
+
+
+@pytest.mark.parametrize(
+    "stages",
+    [
+        ("map $lightmap", "map wall; blendFunc filter"),
+        ("map wall", "map $lightmap; blendFunc filter"),
+        ("map wall", "map glow; blendFunc add"),
+        ("map env; tcGen environment", "map wall; blendFunc blend"),
+        ("map env; tcGen environment", "map wall; blendFunc add"),
+        ("map wall", "map lamps; blendFunc blend"),
+        ("map flow; tcMod scroll 0 1", "map glow; blendFunc add", "map wall; blendFunc blend"),
+        ("map wall; tcMod scroll 0 1", "map env; tcGen environment; blendFunc blend"),
+        ("map wall; tcMod scroll 0 1", "map glow; blendFunc add"),
+    ],
+)
+def test_the_base_image_is_the_surface_and_not_what_plays_on_it(stages: tuple[str, ...]) -> None:
+    assert made(*stages) == WALL
+
+
+@pytest.mark.parametrize(
+    ("stages", "blend", "shade"),
+    [
+        (("map wall; blendFunc add",), ADDS, Shade.EMISSIVE),
+        (("map $whiteimage; blendFunc add", "map wall"), ADDS, Shade.EMISSIVE),
+        (("map wall; blendFunc blend",), MIXES, Shade.LIT),
+        (("map wall; blendFunc filter",), FILTERS, Shade.FILTER),
+        (("map wall; blendFunc GL_DST_COLOR GL_ONE",), BRIGHTENS, Shade.FILTER),
+        (("map pool; blendFunc filter", "map wall; blendFunc add"), ADDS, Shade.EMISSIVE),
+        (
+            ("map wall; blendFunc filter", "map env; tcGen environment; blendFunc add"),
+            FILTERS,
+            Shade.FILTER,
+        ),
+    ],
+)
+def test_blended_surfaces(
+    stages: tuple[str, ...], blend: tuple[Factor, Factor], shade: Shade
+) -> None:
+    assert made(*stages) == replace(WALL, blend=blend, shade=shade)
+
+
+def test_cut_out_surfaces_are_not_blended_too() -> None:
+    leaf = Material("s", "leaf", alpha_test=AlphaTest.GE128)
+    assert made("map leaf; alphaFunc GE128") == leaf
+    assert made("map leaf; alphaFunc GE128; blendFunc blend") == leaf
+    assert made("map leaf; alphaFunc GE128; blendFunc filter", "map $lightmap") == leaf
+    assert made("map $lightmap; alphaFunc GE128", "map leaf; blendFunc filter") == leaf
+
+
+def test_a_cut_out_decal_that_brightens_what_is_below_stays_one() -> None:
+    decal = made("map leaf; alphaFunc GE128; blendFunc GL_DST_COLOR GL_ONE")
+    assert decal == Material("s", "leaf", Sides.FRONT, AlphaTest.GE128, BRIGHTENS, Shade.FILTER)
+
+
+def test_what_a_script_says_of_the_whole_surface() -> None:
+    assert made("clampMap wall", general="cull none") == replace(
+        WALL, sides=Sides.BOTH, clamps=True
+    )
+    assert made("map $lightmap", general="cull back") == Material("s", "s", Sides.BACK)
+    assert made("map wall; blendFunc blend", general="polygonOffset") == replace(
+        WALL, blend=MIXES, polygon_offset=True
+    )
+    assert from_script("s", None, lambda name: None) == Material("s")
+
+
+@pytest.mark.parametrize(
+    ("stages", "general", "drawn"),
+    [
+        (("map wall",), "", True),
+        ((), "", False),
+        *((("map wall",), f"surfaceparm {word}", False) for word in ("sky", "nodraw", "hint")),
+        (("map wall",), "surfaceparm skip", False),
+    ],
+)
+def test_tools_and_sky_are_not_drawn(stages: tuple[str, ...], general: str, drawn: bool) -> None:
+    level = replace(open_bsp(), shaders=np.zeros(1, LUMPS["shaders"]))
+    assert is_drawn(level, 0, script(*stages, general=general)) is drawn
+    assert is_drawn(level, 0, None)
