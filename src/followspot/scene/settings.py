@@ -41,10 +41,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         shadow_bias: Units that a receiver is moved along its normal before the comparison.
         shadow_normal_offset: Texels of the shadow map's tile in use by which a lit point is moved
             before its depth is compared, lest a surface shadow itself: sideways in the map along
-            its normal, and towards the light by the cosine of the angle of incidence (Holbert
-            2011). Two-sided surfaces have their lit side in the map and are moved more: towards
-            the light by what their plane's depth changes over three times as many texels; under
-            grazing light sideways by three times as many.
+            its normal (Holbert 2011). What has its lit side in the map, as two-sided surfaces do
+            and with another `shadow_cull` all, is moved towards the light as well, by what its
+            plane's depth changes over three times as many texels; under grazing light sideways
+            by three times as many.
         shadow_slope_bias: Depth slopes per texel added to casters (glPolygonOffset's factor).
         redraw_shadows: Draws every shadow map in every frame, to measure what that costs.
         culling: Leaves out what the camera cannot see; off is for comparisons.
