@@ -77,22 +77,25 @@ def ply(
     return text + ("\n".join(body) + "\n").encode()
 
 
-def md3_cube(of: Cube, image: str) -> bytes:
-    """In steps of a 64th unit; normals along an axis are exact enough."""
+def md3_cube(of: Cube, *images: str) -> bytes:
+    """One for each image, in steps of a 64th unit; normals along an axis are exact enough."""
     vertices = np.zeros((1, len(of.positions)), md3.VERTEX)
     vertices["position"] = of.positions * 64
     vertices["zenith"] = np.round(np.arccos(of.normals[:, 2]) / (2 * np.pi) * 256)
     around = np.arctan2(of.normals[:, 1], of.normals[:, 0]) / (2 * np.pi) * 256
     vertices["azimuth"] = np.round(around) % 256
     frame = np.zeros(1, md3.FRAME)
-    surface = {
-        "name": np.array(b"cube"),
-        "triangles": of.triangles[:, ::-1].astype("<i4"),
-        "shaders": np.array([(image.encode(), 0)], md3.SHADER),
-        "texcoords": of.texcoords.astype("<f4"),
-        "vertices": vertices,
-    }
-    return write_md3({"frames": frame, "tags": np.zeros((1, 0), md3.TAG), "surfaces": [surface]})
+    surfaces = [
+        {
+            "name": np.array(b"cube"),
+            "triangles": of.triangles[:, ::-1].astype("<i4"),
+            "shaders": np.array([(image.encode(), 0)], md3.SHADER),
+            "texcoords": of.texcoords.astype("<f4"),
+            "vertices": vertices,
+        }
+        for image in images
+    ]
+    return write_md3({"frames": frame, "tags": np.zeros((1, 0), md3.TAG), "surfaces": surfaces})
 
 
 class Document:

@@ -108,6 +108,8 @@ def test_levels_that_cannot_be_located_say_what_is_near(tmp_path: Path) -> None:
     error = refused(f"{many}:tow", [])
     assert (error.place, error.found) == ("tow", "none; close names are two")
     refused("x" * 5000, [game])
+    (game / "download.pk3").touch()
+    assert refused("zzz", [game]).found.startswith(f"none; left out: {game / 'download.pk3'}: ")
     refused("a\0b", [game])
 
 

@@ -230,6 +230,11 @@ def test_materials_of_obj() -> None:
     assert_allclose([red, green, blue], srgb_to_linear(np.array([0.5, 0.25, 1])))
     assert alpha == 0.75 and surface.look.is_blended
     assert surface.look.image == "wood.png"
+    tabs = library.replace(b" 0.", b"\t0.").replace(b"Kd -s", b"Kd\t-s").replace(b"l D", b"l\tD")
+    shouted = tabs.replace(b"Kd", b"KD").replace(b"\nd\t", b"\nD\t").replace(b"newmtl", b"NewMtl")
+    for spelled in (tabs, shouted):
+        found = one(obj(CUBE, "m.mtl", "Dark wood"), ".obj", {"m.mtl": spelled})
+        assert found.look == surface.look
     mesh = read(obj(CUBE, "no.mtl", "x"), ".obj")
     assert [str(p) for p in mesh.problems] == [
         "x.obj: mtllib: expected a material library beside it, found no.mtl"

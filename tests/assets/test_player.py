@@ -5,22 +5,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from followspot.assets.animation import Animation, Pose
+from followspot.assets.animation import Animation
 from followspot.assets.archive import Archive
 from followspot.assets.player import (
     PARTS,
     Player,
-    join,
     list_players,
     load_player,
     parse_skin,
 )
 from followspot.errors import AssetError
 from model_fixtures import OPENARENA, animation_config, openarena_files, write_player
-
-REST = Pose(np.intp(0), np.intp(0), np.float64(0))  # type: ignore[arg-type]
 
 
 def load(game: Path, name: str = "bot") -> Player:
@@ -33,13 +29,6 @@ def told(player: Player) -> list[tuple[str, str]]:
     return [(p.source.rpartition("/")[2], p.place) for p in player.problems]
 
 
-def require_rigid(matrices: NDArray[np.float64]) -> None:
-    rotations = matrices[..., :3, :3]
-    eye = np.broadcast_to(np.eye(3), rotations.shape)
-    np.testing.assert_allclose(rotations.swapaxes(-1, -2) @ rotations, eye, atol=1e-9)
-    np.testing.assert_allclose(np.linalg.det(rotations), 1, atol=1e-9)
-
-
 def test_a_whole_player(tmp_path: Path) -> None:
     write_player(tmp_path)
     player = load(tmp_path, "BOT")
@@ -49,43 +38,6 @@ def test_a_whole_player(tmp_path: Path) -> None:
     assert list(player.parts["upper"].model.tags) == ["tag_head", "tag_weapon"]
     assert player.config.sex == "m"
     assert player.config.animations["legs_turn"] == Animation(17, 1, 1, 34.0)
-
-
-def test_parts_are_joined_by_the_tags_of_their_frames(tmp_path: Path) -> None:
-    """In odd frames tag 0 is at (0, 2, 8) and a quarter turn to the left, else at (0, 0, 8)."""
-    write_player(tmp_path)
-    player = load(tmp_path)
-    world_from_player = np.eye(4)
-    world_from_player[:3, 3] = 100, 0, 24
-    placed = join(player, world_from_player, REST, REST)
-    assert placed["lower"][:3, 3].tolist() == [100, 0, 24]
-    assert placed["upper"][:3, 3].tolist() == [100, 0, 32]
-    assert placed["head"][:3, 3].tolist() == [100, 0, 40]
-    assert placed["weapon"][:3, 3].tolist() == [101, 0, 32]
-
-    odd = Pose(np.array([1, 1]), np.array([2, 2]), np.array([0.0, 0.5]))
-    placed = join(player, world_from_player, odd, odd)
-    assert placed["upper"][0, :3, 3].tolist() == [100, 2, 32]
-    assert placed["upper"][0, :3, 0].tolist() == [0, 1, 0]  # forward is to the left
-    assert placed["head"][0, :3, 3].tolist() == [98, 2, 40]
-    assert placed["head"][0, :3, 0].tolist() == [-1, 0, 0]
-    assert placed["upper"][1, :3, 3].tolist() == [100, 1, 32]
-    for matrices in placed.values():
-        require_rigid(matrices)
-
-
-def test_many_players_are_joined_at_once(tmp_path: Path) -> None:
-    write_player(tmp_path)
-    player = load(tmp_path)
-    world = np.broadcast_to(np.eye(4), (5, 4, 4)).copy()
-    world[:, 0, 3] = range(5)
-    legs = Animation(0, 25, 25, 10).pose(np.linspace(0, 3, 5))
-    torso = Animation(3, 9, 9, 7).pose(np.linspace(0, 3, 5))
-    together = join(player, world, legs, torso)
-    for i in range(5):
-        one = join(player, world[i], Pose(*(p[i] for p in legs)), Pose(*(p[i] for p in torso)))
-        for part, matrix in one.items():
-            assert np.array_equal(together[part][i], matrix)
 
 
 def test_another_skin(tmp_path: Path) -> None:
@@ -130,8 +82,6 @@ def test_missing_and_broken_files_are_listed_and_the_rest_stands(tmp_path: Path)
         ("lower_default.skin", ""),
         ("animation.cfg", ""),
     ]
-    placed = join(player, np.eye(4), REST, REST)
-    assert placed["head"][:3, 3].tolist() == [0, 0, 8]  # where the upper part would stand
 
 
 def test_broken_texts_surfaces_without_skin_and_missing_tags_are_listed(tmp_path: Path) -> None:
@@ -236,7 +186,7 @@ def test_all_skins_of_openarena_parse() -> None:
 
 @pytest.mark.openarena
 def test_all_players_of_openarena_move_through_all_their_frames(openarena: Archive) -> None:
-    """Joined at each key frame and between; each animation meets frames that its parts have."""
+    """Each animation meets frames that its parts have."""
     players = list_players(openarena)
     assert len(players) >= 18
     for name in players:
@@ -251,26 +201,3 @@ def test_all_players_of_openarena_move_through_all_their_frames(openarena: Archi
             reach = animation.first + animation.count
             assert pose.frame.min() >= animation.first
             assert max(pose.frame.max(), pose.next_frame.max()) < reach
-        lower, upper = (len(player.parts[part].model.frames) for part in ("lower", "upper"))
-        frame = np.arange(2 * max(lower, upper))
-        legs = Pose(frame // 2 % lower, (frame // 2 + 1) % lower, frame % 2 / 2)
-        torso = Pose(frame // 2 % upper, (frame // 2 + 1) % upper, frame % 2 / 2)
-        for part, matrices in join(player, np.eye(4), legs, torso).items():
-            require_rigid(matrices)
-            assert np.abs(matrices[:, :3, 3]).max() < 100, (name, part)
-
-
-@pytest.mark.openarena
-def test_players_stand_on_their_feet(openarena: Archive) -> None:
-    """The floor is 24 units below the origin, a head above it."""
-    for name in list_players(openarena):
-        player = load_player(openarena, name)
-        legs = player.config.animations["legs_idle"].pose(0)
-        torso = player.config.animations["torso_stand"].pose(0)
-        placed = join(player, np.eye(4), legs, torso)
-        soles = min(
-            surface.positions[legs.frame, :, 2].min(initial=np.inf)
-            for surface in player.parts["lower"].model.surfaces
-        )
-        assert -34 < soles < -14, name
-        assert placed["head"][2, 3] >= placed["upper"][2, 3] > soles + 10, name

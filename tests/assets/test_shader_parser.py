@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from archive_fixtures import write_files, write_pak
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shader_fixtures import ParseResult, parse
@@ -20,7 +21,6 @@ from followspot.assets.shader_values import (
     Directive,
     Sides,
     SkyParms,
-    Sort,
 )
 from followspot.errors import AssetError
 
@@ -334,6 +334,26 @@ class _Files:
     def source(self, name: str) -> str:
         return self.sources[name]
 
+    def root(self, name: str) -> int:
+        return 0
+
+
+@pytest.mark.parametrize("games", [("baseoa", "baseq3"), ("baseq3", "baseoa")])
+def test_an_entry_of_an_earlier_root_wins_whatever_its_script_is_called(
+    tmp_path: Path, games: tuple[str, str]
+) -> None:
+    roots = [tmp_path / game for game in games]
+    for root, script in zip(roots, ("z", "a"), strict=True):
+        text = f"textures/x {{ {root.name} }}"
+        write_pak(root / f"pak{script}.pk3", {f"scripts/{script}.shader": text})
+    write_files(roots[0], {"scripts/y.shader": "textures/y { loose }"})
+    write_pak(roots[1] / "pak0.pk3", {"scripts/y2.shader": "textures/y { packed }"})
+    with Archive.open(roots) as archive:
+        scripts = load_scripts(archive)
+        assert [archive.root(f"scripts/{name}.shader") for name in "za"] == [0, 1]
+    assert str(scripts["textures/x"].directives[0]) == games[0]
+    assert str(scripts["textures/y"].directives[0]) == "loose"
+
 
 def test_of_entries_with_one_name_the_engines_choice_wins() -> None:
     files = _Files(
@@ -439,7 +459,6 @@ def test_known_openarena_entries() -> None:
     assert desert.source == "pak6-patch088.pk3:scripts/cosmoflash.shader"
     assert desert.sky_box == SkyParms("env/sky1/sky001", 512.0, None)
     assert desert.surfaceparms == {"noimpact", "nomarks", "nolightmap", "sky", "nodlight"}
-    assert desert.sort == Sort.SKY
     assert desert.sun is not None
     np.testing.assert_allclose(desert.sun.color, [1, 0.572 / 0.98, 0.172 / 0.98])
     assert desert.sun.intensity == 175
@@ -454,12 +473,12 @@ def test_known_openarena_entries() -> None:
         "textures/skies/dimclouds.tga",
     ]
     assert [layer.blend for layer in clouds.stages] == [None, (BlendFactor.ONE, BlendFactor.ONE)]
-    assert [str(item) for item in clouds.stages[1].tc_mods] == ["tcmod scroll 0.02 0.07"]
+    assert str(clouds.stages[1].get("tcmod")) == "tcmod scroll 0.02 0.07"
 
     icon = scripts["team_icon/scumm_red"]
     assert (icon.line, icon.cull, icon.is_polygonoffset) == (1, Sides.BOTH, True)
     assert icon.stages[0].alpha_test is AlphaTest.GE128
     assert icon.stages[0].blend == (BlendFactor.DST_COLOR, BlendFactor.ONE)
-    assert icon.stages[0].rgb_gen == ("wave", "sin", ".9", "1", "0", ".1")
+    assert str(icon.stages[0].get("rgbgen")) == "rgbgen wave sin .9 1 0 .1"
 
     assert scripts[lookup_name("models\\weapons2\\grapple\\hook.tga")].name.endswith("/hook")

@@ -13,7 +13,6 @@ from followspot.assets.shader_values import (
     Directive,
     Sides,
     SkyParms,
-    Sort,
     number,
 )
 from followspot.errors import AssetError
@@ -47,7 +46,7 @@ def test_get_gives_the_last_and_all_gives_every_one() -> None:
     assert shader.get("cull", "surfaceparm") == shader.get("cull")
     assert shader.get("tcmod") is None and shader.all("tcmod") == ()
     assert shader.stages[0].get("tcmod") == Directive("tcmod", ("2",), 8)
-    assert [item.args for item in shader.stages[0].all("tcmod")] == [("1",), ("2",)]
+    assert [item.args for item in shader.stages[0].directives] == [("1",), ("2",)]
 
 
 @pytest.mark.parametrize(
@@ -133,27 +132,16 @@ def test_a_level_without_a_sun_has_none() -> None:
 
 
 @pytest.mark.parametrize(
-    ("body", "sort"),
-    [
-        ("", Sort.OPAQUE),
-        ("sort additive", Sort.ADDITIVE),
-        ("sort seeThrough", Sort.SEE_THROUGH),
-        ("sort 3.5", 3.5),
-        ("portal", Sort.PORTAL),
-        ("sort nearest\nportal", Sort.PORTAL),
-        ("portal\nsort 0", Sort.OPAQUE),
-        ("polygonOffset", Sort.DECAL),
-        ("polygonOffset\nsort banner", Sort.BANNER),
-        ("sort nearest\nskyparms - - -", Sort.SKY),
-        ("{\nmap a\nblendFunc blend\n}", Sort.BLEND),
-        ("{\nmap a\nblendFunc blend\ndepthWrite\n}", Sort.SEE_THROUGH),
-        ("{\nmap a\n}\n{\nmap b\nblendFunc blend\n}", Sort.OPAQUE),
-    ],
+    "line",
+    ["sort additive", "sort seeThrough", "sort 3.5", "portal", "sort nearest", "sort 0"],
 )
-def test_sort(body: str, sort: float) -> None:
-    shader = entry(body)
-    assert shader.sort == sort
-    assert shader.is_polygonoffset == ("polygonOffset" in body)
+def test_places_in_the_drawing_order_are_taken(line: str) -> None:
+    assert str(entry(line).directives[0]) == line
+
+
+def test_polygon_offset() -> None:
+    assert entry("sort banner\npolygonOffset").is_polygonoffset
+    assert not entry("sort banner").is_polygonoffset
 
 
 @pytest.mark.parametrize(
@@ -179,25 +167,20 @@ def test_images(line: str, images: tuple[str, ...], clamps: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("line", "blend", "depth_write", "rgb_gen"),
+    ("line", "blend"),
     [
-        ("", None, True, "identitylighting"),
-        ("blendFunc add", ("ONE", "ONE"), False, "identitylighting"),
-        ("BLENDFUNC Filter", ("DST_COLOR", "ZERO"), False, "identity"),
-        ("blendfunc blend", ("SRC_ALPHA", "ONE_MINUS_SRC_ALPHA"), False, "identitylighting"),
-        ("blendfunc gl_zero GL_Src_Color", ("ZERO", "SRC_COLOR"), False, "identity"),
-        ("blendfunc GL_DST_COLOR GL_ONE\ndepthwrite", ("DST_COLOR", "ONE"), True, "identity"),
-        ("blendfunc GL_ONE GL_ZERO", None, True, "identitylighting"),
-        ("blendfunc filter\nblendfunc add", ("ONE", "ONE"), False, "identitylighting"),
+        ("", None),
+        ("blendFunc add", ("ONE", "ONE")),
+        ("BLENDFUNC Filter", ("DST_COLOR", "ZERO")),
+        ("blendfunc blend", ("SRC_ALPHA", "ONE_MINUS_SRC_ALPHA")),
+        ("blendfunc gl_zero GL_Src_Color", ("ZERO", "SRC_COLOR")),
+        ("blendfunc GL_DST_COLOR GL_ONE\ndepthwrite", ("DST_COLOR", "ONE")),
+        ("blendfunc GL_ONE GL_ZERO", None),
+        ("blendfunc filter\nblendfunc add", ("ONE", "ONE")),
     ],
 )
-def test_blending(
-    line: str, blend: tuple[str, str] | None, depth_write: bool, rgb_gen: str
-) -> None:
-    layer = stage(line)
-    assert layer.blend == (blend and tuple(BlendFactor[name] for name in blend))
-    assert layer.depth_write is depth_write
-    assert layer.rgb_gen == (rgb_gen,)
+def test_blending(line: str, blend: tuple[str, str] | None) -> None:
+    assert stage(line).blend == (blend and tuple(BlendFactor[name] for name in blend))
 
 
 def test_every_factor_may_stand_where_the_engine_takes_it() -> None:
@@ -222,13 +205,8 @@ def test_alpha_tests(test: AlphaTest) -> None:
 
 
 def test_generators_and_texture_coordinate_changes() -> None:
-    layer = stage(
-        "map $lightmap\nrgbGen Wave Sin 0 1 0 .5\n"
-        "tcMod scroll 0 1\ntexGen environment\ntcmod turb 1"
-    )
-    assert layer.rgb_gen == ("wave", "sin", "0", "1", "0", ".5")
-    assert layer.tc_gen == ("environment",)
-    assert [str(item) for item in layer.tc_mods] == ["tcmod scroll 0 1", "tcmod turb 1"]
+    lines = "map $lightmap\nrgbGen Wave Sin 0 1 0 .5\ntcMod scroll 0 1\ntexGen environment"
+    assert stage(lines).tc_gen == ("environment",)
     assert stage("map $lightmap").tc_gen == ("lightmap",)
     assert stage("map a").tc_gen == ("texture",)
 
@@ -274,9 +252,9 @@ def test_a_wrong_sky(line: str, sky: SkyParms | None) -> None:
     assert wrong(line)[0].sky_box == sky
 
 
-def test_a_wrong_sort_says_nothing() -> None:
-    assert wrong("sort sideways")[0].sort == Sort.OPAQUE
-    assert wrong("polygonoffset\nsort blend")[0].sort == Sort.DECAL
+@pytest.mark.parametrize("line", ["sort", "sort sideways", "sort blend", "{\nrgbGen rainbow\n}"])
+def test_what_is_only_checked_is_a_problem_too(line: str) -> None:
+    assert wrong(line)[1].place == ("line 4" if line.startswith("{") else "line 3")
 
 
 @pytest.mark.parametrize(
@@ -300,7 +278,6 @@ def test_other_wrong_arguments_of_stages_fall_back() -> None:
     assert wrong("{\nalphaFunc GE64\n}")[0].stages[0].alpha_test is None
     assert wrong("{\nmap\n}")[0].stages[0].image is None
     assert wrong("{\nanimMap 10\n}")[0].stages[0].image is None
-    assert wrong("{\nrgbGen rainbow\n}")[0].stages[0].rgb_gen == ("identitylighting",)
     assert wrong("{\ntcGen\n}")[0].stages[0].tc_gen == ("texture",)
 
 

@@ -3,6 +3,7 @@
 import io
 import re
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import bsp_tool
@@ -219,6 +220,59 @@ def test_an_archive_is_the_same_bytes_in_any_order() -> None:
 def test_only_an_image_with_alpha_becomes_a_png() -> None:
     assert image_file(np.zeros((4, 4, 3), np.uint8))[0] == ".jpg"
     assert image_file(np.zeros((4, 4, 4), np.uint8))[0] == ".png"
+
+
+def sky_of(script: str) -> Level:
+    """A room with one more wall under a sky of a script."""
+    sky = Material("textures/test/odd", surface=Surface.SKY | Surface.NOLIGHTMAP, script=script)
+    level = Level()
+    level.add(room((-64, -64, 0), (64, 64, 64), STONE, faces={"+z": sky}))
+    level.spawn(0, 0, 0)
+    return level
+
+
+def with_entity(**keys: str) -> Level:
+    level = sky_of("")
+    level.entity("light", **keys)
+    return level
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: sky_of("q3map_sun 1 1 1 100 0"), "red, green, blue"),
+        (lambda: sky_of("q3map_sun a 1 1 100 0 40"), "red, green, blue"),
+        (lambda: sky_of("q3map_sun 0 0 0 100 0 40"), "red, green, blue"),
+        (lambda: sky_of("q3map_skyLight x 3"), "no number: 'q3map_skylight x 3'"),
+        (lambda: sky_of("{\nmap a.tga"), "at the end of textures/test/odd"),
+        (lambda: with_entity(origin="1 2"), "origin needs finite numbers, 3 in all, not '1 2'"),
+        (lambda: with_entity(origin="1 2 nan"), "origin needs"),
+        (lambda: with_entity(origin="1 2 3", light="bright"), "light needs finite numbers, 1"),
+        (lambda: with_entity(origin="1 2 3", _color="red"), "_color needs"),
+        (lambda: with_entity(message="5 \u20ac"), "Latin-1"),
+        (lambda: with_entity(message="\0"), "Latin-1"),
+        (lambda: hull([(0, 0, 0), (1, 1, 1)], STONE), "four points, not 2"),
+        (lambda: hull([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], STONE), "encloses nothing"),
+        (lambda: hull([(k, k, k) for k in range(5)], STONE), "encloses nothing"),
+        (lambda: Material("textures/" + "a" * 55), "at most 63"),
+        (lambda: Material("textures/caf\u00e9"), "ASCII"),
+        (lambda: box((0, 0, 0), (1, 1, 1), STONE, faces={"up": STONE}), "not 'up'"),
+        (lambda: room((0, 0, 0), (9, 9, 9), STONE, faces={"z": STONE}), "not 'z'"),
+    ],
+)
+def test_mistakes_are_told(make: Callable[[], object], told: str) -> None:
+    with pytest.raises(UsageError, match=told):
+        made = make()
+        if isinstance(made, Level):
+            compile_level(made)
+
+
+def test_the_longest_name_of_a_material_is_written_whole() -> None:
+    name = "textures/" + "a" * 54
+    level = Level()
+    level.add(room((-64, -64, 0), (64, 64, 64), Material(name, (64, 64), 1.0)))
+    level.spawn(0, 0, 0)
+    assert read_bsp(compile_level(level), "x.bsp").shader_names == (name,)
 
 
 def test_an_entitys_text_cannot_break_out_of_its_quotes() -> None:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from followspot.levelbuilder import Level, Material, Surface
+from followspot.assets.bsp import read_bsp
+from followspot.levelbuilder import Level, Material, Surface, compile_level, room
 from followspot.levelbuilder.lights import find_lights, lit, lit_volume
 from followspot.levelbuilder.raycast import Occluders, passed_along, passed_to
 
@@ -48,6 +49,23 @@ def test_rays_towards_a_lamp_agree_with_brute_force(scene: Occluders) -> None:
     np.testing.assert_allclose(passed_to(scene, points, lamp), expected)
 
 
+@pytest.mark.parametrize(("lit_wall", "elevation"), [("+z", 40), ("-z", -40)])
+def test_a_level_with_nothing_that_faces_its_sun_is_lit_by_the_rest(
+    lit_wall: str, elevation: int
+) -> None:
+    script = f"q3map_sun 1 1 1 100 0 {elevation}"
+    sky = Material("textures/test/sky", surface=Surface.SKY | Surface.NOLIGHTMAP, script=script)
+    stone = Material("textures/test/stone", (64, 64), 1.0)
+    level = Level(ambient=(20.0, 30.0, 40.0))
+    level.add(room((-64, -64, 0), (64, 64, 64), sky, faces={lit_wall: stone}))
+    level.spawn(0, 0, floor=0)
+    bsp = read_bsp(compile_level(level), "x.bsp")
+    (face,) = bsp.faces[bsp.faces["lightmap"] >= 0]
+    (x, y), (width, height) = face["lightmap_corner"], face["lightmap_size"]
+    page = bsp.lightmaps[face["lightmap"], y : y + height, x : x + width]
+    assert (page == (20, 30, 40)).all()
+
+
 def test_a_sun_lights_by_the_cosine_and_a_lamp_by_the_square_of_its_distance() -> None:
     level = Level()
     level.light((0, 0, 100), 200, color=(1, 0.5, 0))
@@ -58,6 +76,15 @@ def test_a_sun_lights_by_the_cosine_and_a_lamp_by_the_square_of_its_distance() -
     lamp = 7500 * 200 / 100**2 * np.array([1, 0.5, 0])
     np.testing.assert_allclose(lit(lights, NOTHING, level_floor, up)[0], sun + lamp)
     np.testing.assert_allclose(lights.directions[0], [0, np.cos(np.pi / 6), 0.5], atol=1e-12)
+
+
+def test_the_suns_of_both_spellings_light() -> None:
+    script = "q3map_sunExt 1 1 1 100 0 90 2 16\nq3map_SUN 1 1 1 50 0 90"
+    sky = Material("sky", surface=Surface.SKY, script=script)
+    lights = find_lights([], [sky], np.zeros(3))
+    light = lit(lights, NOTHING, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
+    np.testing.assert_allclose(light, [[150, 150, 150]])
+    assert lights.suns == 2
 
 
 def test_a_level_surface_under_the_open_sky_gets_the_skys_value() -> None:

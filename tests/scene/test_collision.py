@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from walk_levels import CLIP, HEIGHT, MIST, SIZE, STONE, Array, block, compiled, hall, ramp
 
-from followspot.levelbuilder.material import Contents, Material, Surface
+from followspot.assets.surface_flags import Contents, Surface
+from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.patches import lathe
 from followspot.scene import solids
 from followspot.scene.collision import (

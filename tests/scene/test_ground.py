@@ -22,6 +22,12 @@ def test_the_highest_floor_below_counts() -> None:
     np.testing.assert_allclose(found, [20, 0, -8, 7, -9, 20])
 
 
+def test_a_floor_reaches_to_its_very_edge() -> None:
+    ground = Ground(make_scene([*box((-8, -8, 0), (8, 8, 16))]).level)
+    points = np.array([(x, y, z) for x in (-8, 0, 8) for y in (-8, 0, 8) for z in (16.0, 40)])
+    np.testing.assert_allclose(ground.below(points), 16)
+
+
 @given(st.floats(-0.9, 0.9), st.floats(-0.9, 0.9), st.floats(-2, 2), st.floats(-2, 2))
 def test_height_on_a_slope(u: float, v: float, a: float, b: float) -> None:
     """On the plane z = a x + b y."""

@@ -36,11 +36,13 @@ def found(files: FigureFiles, *entities: dict[str, str]) -> list[Character]:
 def test_items_fall_and_those_that_hang_do_not(tmp_path: Path) -> None:
     files = game(tmp_path, "powerups/armor/armor_red")
     entity = {"classname": "Item_Armor_Body", "origin": "8 4 200"}
-    fallen, hanging, broken = found(
-        files, entity, entity | {"spawnflags": "1"}, entity | {"spawnflags": "-x"}
+    flags = "0", "1", " 1", "-x"
+    fallen, hanging, also_hanging, broken = found(
+        files, *(entity | {"spawnflags": text} for text in flags)
     )
     np.testing.assert_allclose(fallen.walk.places, [[8, 4, -16 + 15, 0]])
     np.testing.assert_allclose(hanging.walk.places, [[8, 4, 200, 0]])
+    np.testing.assert_allclose(also_hanging.walk.places, hanging.walk.places)
     np.testing.assert_allclose(broken.walk.places, fallen.walk.places)
     assert fallen.figure is hanging.figure
 
@@ -81,6 +83,14 @@ def test_a_power_ups_ring_goes_the_other_way(tmp_path: Path) -> None:
     quad, ring = found(files, {"classname": "item_quad", "origin": "0 0 0"})
     assert quad.spin > 0 > ring.spin
     assert ring.walk.places[0, 2] - quad.walk.places[0, 2] == 12
+
+
+def test_second_models_that_the_game_never_draws_are_not_there(tmp_path: Path) -> None:
+    both = "powerups/armor/shard", "powerups/holdable/medkit"
+    files = game(tmp_path, *both, *(f"{model}_sphere" for model in both))
+    kinds = "item_armor_shard", "holdable_medkit"
+    shown = found(files, *({"classname": kind, "origin": "0 0 0"} for kind in kinds))
+    assert [item.figure.name for item in shown] == [f"models/{model}.md3" for model in both]
 
 
 def test_what_is_missing_is_listed_once_and_left_out(tmp_path: Path) -> None:

@@ -111,6 +111,14 @@ def test_brush_models_stand_at_their_entities_origins() -> None:
     assert built.mesh.faces["mins"].tolist() == [[-8, -8, 0], [92, -28, 3.5], [-8, -8, 0]]
 
 
+@pytest.mark.parametrize("model", ["*0", "*-1", "*3", "*\u00b2", "*" + "9" * 5000, "*", "* 1"])
+def test_what_names_no_brush_model_moves_nothing(model: str) -> None:
+    entities = ({"classname": "func_door", "model": model, "origin": "1 2 3"},)
+    models = records("models", first_face=[0, 1, 2], face_count=[1, 1, 1])
+    built = build(squares([(0, 0, 0)] * 3, [0] * 3, [0], models=models, entities=entities))
+    assert built.mesh.faces["mins"].tolist() == [[-8, -8, 0]] * 3
+
+
 def test_normals_are_of_length_one_and_missing_ones_those_of_the_front() -> None:
     bsp = squares([(0, 0, 0), (50, 0, 0)], [0, 0], [0])
     bsp.vertices["normal"][4:] = 0
@@ -158,10 +166,31 @@ def test_brush_models_are_seen_from_everywhere() -> None:
     assert built.visibility.faces_from(np.array([10.0, 0, 0])).tolist() == [True, True]
 
 
+def test_a_face_that_lies_in_no_leaf_is_seen_from_everywhere() -> None:
+    bsp = two_rooms()
+    bsp.leafs["leaf_face_count"] = 1, 0, 0
+    visibility = build(replace(bsp, leaf_faces=np.array([0], np.int32))).visibility
+    assert visibility.faces_from(np.array([10.0, 0, 0])).tolist() == [True, True]
+    assert visibility.faces_from(np.array([-10.0, 0, 0])).tolist() == [True, True]
+
+
 @pytest.mark.parametrize("text", ["", "1 2", "1 2 3 4", "a b c", "1 2 inf", "nan 0 0"])
 def test_malformed_vectors_are_none(text: str) -> None:
     assert level.entity_vector({"origin": text}, "origin") is None
     assert level.entity_vector({}, "origin") is None
+
+
+@pytest.mark.parametrize(
+    ("text", "flags"),
+    [("1", 1), (" 1", 1), ("1 ", 1), ("2049x", 2049), ("-1", -1), ("", 0), ("x1", 0), ("²", 0)],
+)
+def test_flags_are_read_as_the_game_reads_them(text: str, flags: int) -> None:
+    assert level.entity_flags({"spawnflags": text}) == flags
+
+
+def test_flags_of_any_length_are_taken() -> None:
+    assert level.entity_flags({}) == 0
+    assert level.entity_flags({"spawnflags": "9" * 5000}) == 99999999
 
 
 def test_vectors() -> None:

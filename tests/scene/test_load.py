@@ -9,9 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from figures import at, figure, with_characters
 from followspot.errors import AssetError, UsageError
-from followspot.scene.load import BUILTIN, builtin_scenes, load
+from followspot.levelbuilder import (
+    Level,
+    Material,
+    Surface,
+    compile_level,
+    image_file,
+    material_files,
+    room,
+    write_pk3,
+)
+from followspot.scene.load import BUILTIN, BUILTIN_SKY, builtin_scenes, load
 from followspot.scene.scene import Scene
+from synthetic import box, floor, make_scene
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +94,54 @@ Open = Callable[[str], Scene]
 
 def test_scene_file_names_a_level_beside_it(opened: Open, tmp_path: Path) -> None:
     shutil.copy(BUILTIN / "courtyard.pk3", tmp_path / "yard.pk3")
-    scene = opened('level = "yard.pk3"')
-    assert scene.mesh.triangle_count > 500 and scene.lights_chosen
+    for level in ("yard.pk3", "yard.pk3:courtyard"):
+        scene = opened(f'level = "{level}"')
+        assert scene.mesh.triangle_count > 500 and scene.lights_chosen
+
+
+def test_a_bad_pak_in_a_game_folder_stops_no_scene_and_is_listed(tmp_path: Path) -> None:
+    bad = tmp_path / "download.pk3"
+    bad.touch()
+    scene = load("courtyard", [tmp_path])
+    with scene.archive:
+        assert [problem.source for problem in scene.problems] == [str(bad)]
+
+
+def test_a_sky_that_is_not_whole_is_listed_and_the_brought_along_one_stands_in(
+    tmp_path: Path,
+) -> None:
+    white = np.full((8, 8, 3), 255, np.uint8)
+    stone = Material("textures/stone", (64, 64), 1.0, image=white)
+    script = "skyParms env/half 512 -"
+    sky = Material("textures/sky", surface=Surface.SKY | Surface.NOLIGHTMAP, script=script)
+    level = Level()
+    level.add(room((-64, -64, 0), (64, 64, 128), stone, faces={"+z": sky}))
+    level.spawn(0, 0, 0)
+    files = material_files("yard", [stone, sky]) | {"maps/yard.bsp": compile_level(level)}
+    for suffix in ("rt", "bk"):
+        files[f"env/half_{suffix}.jpg"] = image_file(white)[1]
+    write_pk3(tmp_path / "yard.pk3", files)
+    scene = load(str(tmp_path / "yard.pk3"))
+    with scene.archive:
+        assert scene.sky.name == BUILTIN_SKY
+        (problem,) = scene.problems
+        assert problem.source == "env/half_lf" and problem.expected == "a sky image"
+
+
+def test_patches_are_cut_as_finely_as_asked(courtyard: Scene) -> None:
+    coarse = load("courtyard", patch_tolerance=16.0)
+    with coarse.archive:
+        assert coarse.mesh.triangle_count < 0.7 * courtyard.mesh.triangle_count
+        assert coarse.materials == courtyard.materials
+
+
+def test_bounds_hold_the_level_and_where_characters_go() -> None:
+    scene = make_scene([floor(100)])
+    assert [corner.tolist() for corner in scene.bounds] == [[-100, -100, 0], [100, 100, 0]]
+    ball = figure([box((-1, -1, -1), (1, 1, 1))])
+    mins, maxs = with_characters(scene, at(ball, (300, 0, 50)), at(ball, (0, 0, -70))).bounds
+    np.testing.assert_allclose(mins, (-100, -100, -70 - ball.radius), rtol=1e-6)
+    np.testing.assert_allclose(maxs, (300 + ball.radius, 100, 50 + ball.radius), rtol=1e-6)
 
 
 def test_scene_file_gives_lights_cameras_units_and_settings(opened: Open) -> None:

@@ -53,6 +53,13 @@ def test_it_stays_finite_and_near_its_keys(places: list[Any], gaps: list[float])
     assert (positions <= np.max(places, axis=0) + spread + 1e-6).all()
 
 
+@pytest.mark.parametrize("time", [0.0, 3.0])
+def test_one_key_has_no_speed_to_change(time: float) -> None:
+    path = CameraPath((Key(time, vec3((1, 2, 3)), 40),))
+    for other in (path.lasting(5), path.at_one_speed(5)):
+        assert other.camera(0).position.tolist() == [1, 2, 3] and other.camera(9).yaw == 40
+
+
 def velocities(path: CameraPath, times: NDArray[np.float64], side: int) -> NDArray[np.float64]:
     """One-sided differences over a step that is longer than a chord of the arc length's table."""
     step = 1e-3 * side

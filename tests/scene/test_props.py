@@ -318,6 +318,16 @@ def test_a_scene_file_puts_props_beside_it_into_its_level(yard: Path) -> None:
     json.dumps(told)
 
 
+def test_every_material_of_a_model_has_its_own_vertices_alone(folder: Path) -> None:
+    (folder / "two.md3").write_bytes(md3_cube(CUBE, "wood.png", "stone.png"))
+    (prop,) = place(folder, 'file = "two.md3"\norigin = [1, 2, 3]')
+    assert {surface.material.image for surface in prop.surfaces} == {"wood.png", None}
+    (one,) = place(folder, 'file = "cube.md3"\norigin = [1, 2, 3]')
+    for surface in prop.surfaces:
+        assert np.array_equal(surface.vertices, one.surfaces[0].vertices)
+        assert np.array_equal(surface.indices, one.surfaces[0].indices)
+
+
 def three_rooms() -> Level:
     """Along x, in planes at 0 and 100: a solid end, then rooms of which neighbours see another."""
     planes, nodes, leafs = (

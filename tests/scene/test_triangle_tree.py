@@ -84,6 +84,14 @@ def test_no_line_slips_between_the_triangles_of_a_closed_box() -> None:
     assert not hits.from_front.any()
 
 
+def test_lines_along_an_axis_meet_triangles_at_all_their_edges() -> None:
+    """There they lie in a side of the boxes round the triangles."""
+    mesh, _ = make_mesh([quad((0, 0, 0), (8, 0, 0), (0, 8, 0))])
+    start = np.array([(x, y, 5.0) for x in (-8, 0, 8) for y in (-8, 0, 8)])
+    hits = all_hits(TriangleTree(mesh, np.ones(2, bool)), start, start - (0, 0, 10))
+    assert set(hits.line) == set(range(9))
+
+
 def test_nothing_is_met_in_an_empty_tree() -> None:
     mesh, _ = make_mesh([quad((0, 0, 0), (1, 0, 0), (0, 1, 0))])
     tree = TriangleTree(mesh, np.zeros(2, bool))

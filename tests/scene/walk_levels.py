@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 from patch_geometry import surface
 
 from followspot.assets.bsp import BspFile, FaceType, read_bsp
+from followspot.assets.surface_flags import Contents, Surface
 from followspot.levelbuilder.brush import Brush, hull, room
 from followspot.levelbuilder.brush import box as box_brush
 from followspot.levelbuilder.compiler import compile_level
 from followspot.levelbuilder.level import Level
-from followspot.levelbuilder.material import Contents, Material, Surface
+from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.patches import Patch
 from followspot.scene import bsp_tree
 from followspot.scene.collision import Box

@@ -1,4 +1,4 @@
-"""Game folders and pk3 files as one read-only tree with case-insensitive names.
+"""Game folders and pk3 files as one tree with case-insensitive names.
 
 Quake 3 keeps its files in game folders (`baseq3`, OpenArena's `baseoa`): loose files, and pk3
 files, which are zip archives. Look-ups ignore case and the direction of slashes, and where
@@ -65,13 +65,23 @@ class Archive:
     """The files of several folders and pk3 files, read by name; a context manager.
 
     Names may be given in any case and with either slash. Reading is safe from several threads.
+
+    Attributes:
+        problems: The pk3 files in folders that were left out, and why.
     """
 
     def __init__(
-        self, roots: Sequence[Path], files: dict[str, _LooseFile | PakEntry], paks: ExitStack
+        self,
+        roots: Sequence[Path],
+        files: dict[str, _LooseFile | PakEntry],
+        places: dict[str, int],
+        problems: Sequence[AssetError],
+        paks: ExitStack,
     ) -> None:
+        self.problems = tuple(problems)
         self._roots = roots
         self._files: dict[str, _LooseFile | PakEntry | _HeldFile] = {**files}
+        self._places = places
         self._close = weakref.finalize(self, paks.close)
 
     @classmethod
@@ -79,29 +89,20 @@ class Archive:
         """Gather the names in `roots`: folders or pk3 files, an earlier one winning.
 
         Raises:
-            AssetError: A root is missing, unreadable or absurdly large, or a pk3 file is broken
-                or holds a name that leads out of it (`..`, an absolute path, a drive letter, a NUL
-                byte). Such a pak is refused whole, and with it the archive: nothing is half loaded.
+            AssetError: A root is missing, unreadable or absurdly large, or is a pk3 file that is
+                broken or holds a name that leads out of it (`..`, an absolute path, a drive letter,
+                a NUL byte). Such a pak in a folder is left out whole and is one of the `problems`:
+                nothing is half loaded, and a bad download stops no game.
         """
         files: dict[str, _LooseFile | PakEntry] = {}
+        places: dict[str, int] = {}
+        problems: list[AssetError] = []
         with ExitStack() as paks:
-
-            def add(path: Path) -> None:
-                pak = Pak(path)
-                paks.callback(pak.close)
-                files.update((normalise(entry.name), entry) for entry in pak.entries())
-
-            for root in reversed(roots):  # the winner is written last
-                if not isdir(root):
-                    add(root)
-                    continue
-                loose = _loose_files(root)
-                inner = [name for name in loose if name.endswith(".pk3") and "/" not in name]
-                # The engines compare in upper case, which puts `_` behind the letters.
-                for name in sorted(inner, key=str.upper):
-                    add(loose.pop(name).path)
-                files.update(loose)
-            return cls(roots, files, paks.pop_all())
+            for place, root in reversed([*enumerate(roots)]):  # the winner is written last
+                found = _in_folder(root, paks, problems) if isdir(root) else _in_pak(root, paks)
+                files.update(found)
+                places.update(dict.fromkeys(found, place))
+            return cls(roots, files, places, problems, paks.pop_all())
 
     @property
     def places(self) -> str:
@@ -130,6 +131,7 @@ class Archive:
         """
         name = normalise(name)
         self._files[name] = _HeldFile(data, source)
+        self._places.pop(name, None)
         return name
 
     def exists(self, name: str) -> bool:
@@ -148,6 +150,11 @@ class Archive:
         """Say where a file lies: `pak0.pk3:maps/q3dm1.bsp`, or a loose file's path."""
         return self._file(name).source
 
+    def root(self, name: str) -> int:
+        """Say which of the roots a file is read from, counted from 0; -1 for one that was added."""
+        self._file(name)
+        return self._places.get(normalise(name), -1)
+
     def names(self, prefix: str = "", suffix: str = "") -> list[str]:
         """List the normalised names that start and end so, sorted."""
         prefix, suffix = prefix.replace("\\", "/").lower(), suffix.lower()
@@ -158,6 +165,29 @@ class Archive:
         if file is None:
             raise AssetError(name, expected=f"a file in {self.places}", found="none")
         return file
+
+
+def _in_pak(path: Path, paks: ExitStack) -> dict[str, PakEntry]:
+    """Gather a pk3 file's entries by normalised name; it is closed with the others."""
+    pak = Pak(path)
+    paks.callback(pak.close)
+    return {normalise(entry.name): entry for entry in pak.entries()}
+
+
+def _in_folder(
+    root: Path, paks: ExitStack, problems: list[AssetError]
+) -> dict[str, _LooseFile | PakEntry]:
+    """Gather the files in a game folder and in its good pk3 files by normalised name."""
+    files: dict[str, _LooseFile | PakEntry] = {}
+    loose = _loose_files(root)
+    inner = [name for name in loose if name.endswith(".pk3") and "/" not in name]
+    # The engines compare in upper case, which puts `_` behind the letters.
+    for name in sorted(inner, key=str.upper):
+        try:
+            files.update(_in_pak(loose.pop(name).path, paks))
+        except AssetError as error:
+            problems.append(error)
+    return {**files, **loose}
 
 
 def _loose_files(root: Path) -> dict[str, _LooseFile]:

@@ -120,7 +120,7 @@ class BspFile:
     Every array is read-only, most are views of the file. The records' fields are those of
     `LUMPS`; the comments say what a number refers to. Runs are (first, count) pairs. All
     references are checked, so they are safe to index with, save where a negative number has a
-    meaning of its own.
+    meaning of its own, and those to lightmaps.
     """
 
     source: str
@@ -158,8 +158,9 @@ class BspFile:
     """(n,) fog volumes: shader name, brush, and the brush's side that is seen or -1."""
     faces: Records
     """(n,) see `FaceType`; effect is -1 for none, or 0 in a level without effects; lightmap is
-    negative for none; patch_size is (width, height) of a patch's control points, row by row;
-    index_count is a multiple of 3."""
+    negative for none, and past the lump where level compilers wrote lightmaps to image files;
+    patch_size is (width, height) of a patch's control points, row by row; index_count is a
+    multiple of 3."""
     lightmaps: NDArray[np.uint8]
     """(n, 128, 128, 3) RGB, row 0 at texture coordinate 0."""
     light_grid: Records
@@ -339,8 +340,10 @@ def _check_faces(file: BinaryFile, bsp: BspFile) -> None:
     file.require_indices(faces["shader"], len(bsp.shaders), "faces[{}].shader")
     # OpenArena's first `aggressor` has faces in effect 0 and no effects at all.
     file.require_indices(faces["effect"], max(len(bsp.effects), 1), "faces[{}].effect", lowest=-1)
-    # -1 is no lightmap, -2 a white one, -3 colours at the vertices.
-    file.require_indices(faces["lightmap"], len(bsp.lightmaps), "faces[{}].lightmap", lowest=-3)
+    # -1 is no lightmap, -2 a white one, -3 colours at the vertices. For one past the lump the game
+    # takes the colours at the vertices: such levels keep their lightmaps in image files.
+    lightmap = faces["lightmap"]
+    file.require(lightmap >= -3, lightmap, "faces[{}].lightmap", "an index, -1, -2 or -3")
     kind = faces["type"]
     file.require(
         (kind >= min(FaceType)) & (kind <= max(FaceType)), kind, "faces[{}].type", "1, 2, 3 or 4"

@@ -101,7 +101,8 @@ class Image:
 def decode(data: bytes, source: str) -> Image:
     """Decode a whole image file of any supported format, told by its first bytes.
 
-    A jpg file whose data end early but in order, by an end mark, is grey there, as in any viewer.
+    A jpg file with an end mark before its last row is taken, as by any viewer; the rows that it
+    lacks are grey.
 
     Raises:
         AssetError: The bytes are no such image, are cut short, or the image's sides are not
@@ -189,10 +190,11 @@ def _color_space(image: PillowImage.Image) -> ColorSpace:
 
 
 def find_image(archive: Archive, name: str) -> tuple[str | None, list[str]]:
-    """Find the file that a texture's name means, by the engine's rule.
+    """Find the file that a texture's name means, much as the engine (``R_LoadImage``) does.
 
     A name with an image's ending is tried as it stands; then its stem with each of
-    `IMAGE_SUFFIXES`.
+    `IMAGE_SUFFIXES`, which engines try in various orders. The first file that there is counts,
+    where they go on if they cannot read it.
 
     Returns:
         The file's normalised name, or None, and the names that were tried, in order.

@@ -106,8 +106,15 @@ def locate_level(name_or_path: str, search: Sequence[Path]) -> tuple[Archive, st
         return archive, normalise(entry)
     with archive:
         found = _close_names(name, list_levels(archive))
+    found += "".join(f"; left out: {problem}" for problem in archive.problems)
     expected = f"a bsp or pk3 file, or the name of a level in {archive.places}"
     raise AssetError(name_or_path, expected=expected, found=found)
+
+
+def file_of(name_or_path: str) -> Path:
+    """The file that a level's name may mean: of `some.pk3:name` the pk3 file."""
+    pak = _PAK_AND_LEVEL.fullmatch(name_or_path)
+    return Path(pak["pak"] if pak else name_or_path)
 
 
 def _level_in_pak(pak: Path, wanted: str | None) -> str:

@@ -160,7 +160,7 @@ def between(keys: Mat4, pose: Pose) -> Mat4:
     before, behind = keys.take(pose.frame, axis=0), keys.take(pose.next_frame, axis=0)
     blend = np.asarray(pose.blend)
     mixed = before + (behind - before) * blend[..., np.newaxis, np.newaxis]
-    mixed[..., :3, :3], area = _orthonormalised(mixed[..., :3, :3])
+    mixed[..., :3, :3], area = orthonormalised(mixed[..., :3, :3])
     # Axes that turn by half a circle meet in the middle, and are no axes there.
     is_key = (blend <= 0) | (blend >= 1) | (area < _SMALLEST_AREA)
     if is_key.any():
@@ -170,20 +170,18 @@ def between(keys: Mat4, pose: Pose) -> Mat4:
     return mixed
 
 
-def orthonormalised(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+def orthonormalised(
+    rotations: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Make columns unit vectors at right angles, keeping the first one's direction (Gram-Schmidt).
 
     Args:
         rotations: (..., 3, 3) whose first two columns have different directions; others make no
             rotation.
+
+    Returns:
+        (..., 3, 3), and (...) the square of the area that the first two columns spanned.
     """
-    return _orthonormalised(rotations)[0]
-
-
-def _orthonormalised(
-    rotations: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The same, and (...) the square of the area that the first two columns span."""
     columns = np.moveaxis(rotations, (-1, -2), (0, 1))
     x, y = np.ascontiguousarray(columns[:2])  # coordinates first: NumPy loops over the many
     z = _cross(x, y)
@@ -243,7 +241,7 @@ def _read_tags(file: BinaryFile, header: Any) -> dict[str, Mat4]:
     file.require(volume > 0.5, axes, "tags of frame {}, axes", expected)
 
     model_from_tag = np.zeros((frame_count, tag_count, 4, 4))
-    model_from_tag[..., :3, :3] = orthonormalised(axes.swapaxes(-1, -2))
+    model_from_tag[..., :3, :3], _ = orthonormalised(axes.swapaxes(-1, -2))
     model_from_tag[..., :3, 3] = origins
     model_from_tag[..., 3, 3] = 1
     model_from_tag.setflags(write=False)

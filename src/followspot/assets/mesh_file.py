@@ -211,16 +211,16 @@ def _library(text: str) -> dict[str, Look]:
     looks: dict[str, Look] = {}
     name = ""
     for line in text.splitlines():
-        key, _, rest = line.strip().partition(" ")
-        words = rest.split()
-        if key.lower() == "newmtl" and words:
+        key, rest = [*line.strip().split(maxsplit=1), "", ""][:2]
+        key, words = key.lower(), rest.split()
+        if key == "newmtl" and words:
             name = " ".join(words)
             looks[name] = PLAIN
         if name not in looks or not words:
             continue
         look = looks[name]
         color, numbers = look.color, [_number(word) for word in words]
-        match key.lower():
+        match key:
             case "kd":
                 grey_or_rgb = numbers * 3 if len(numbers) < 3 else numbers
                 red, green, blue = srgb_to_linear(np.array(grey_or_rgb[:3])).tolist()
@@ -230,7 +230,7 @@ def _library(text: str) -> dict[str, Look]:
                 looks[name] = replace(look, color=(*color[:3], alpha), is_blended=alpha < 1)
             case "map_kd":
                 # Options begin with a minus; without any, all of the line is the name.
-                image = words[-1] if words[0].startswith("-") else rest.strip()
+                image = words[-1] if words[0].startswith("-") else rest
                 looks[name] = replace(look, image=image)
     return looks
 

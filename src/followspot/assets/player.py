@@ -12,13 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-import numpy as np
-
-from followspot.assets.animation import Animation, AnimationConfig, Pose, parse_animation_config
+from followspot.assets.animation import Animation, AnimationConfig, parse_animation_config
 from followspot.assets.archive import Archive, normalise
-from followspot.assets.md3 import Md3Model, between, read_md3
+from followspot.assets.md3 import Md3Model, read_md3
 from followspot.errors import AssetError
-from followspot.spaces import Mat4
 
 FOLDER = "models/players/"
 PARTS = ("lower", "upper", "head")
@@ -42,7 +39,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Player:
-    """A player's parts, joined by `join`; Quake units, X forward, Z up, feet at about -24."""
+    """A player's parts, which tags join; Quake units, X forward, Z up, feet at about -24."""
 
     name: str
     """The folder's name."""
@@ -162,35 +159,6 @@ def parse_skin(text: str, source: str) -> dict[str, str]:
         if texture:  # OpenArena takes off a hat by leaving it out
             textures.setdefault(surface.lower(), normalise(texture))
     return textures
-
-
-def join(player: Player, world_from_player: Mat4, legs: Pose, torso: Pose) -> dict[str, Mat4]:
-    """Place a player's parts, and what it holds.
-
-    Args:
-        player: Whose tags join them. Where a part or its tag is missing, the next one stands in
-            its place.
-        world_from_player: (4, 4) or (n, 4, 4) float64; the origin is 24 units above the floor.
-        legs: Frames of the lower part.
-        torso: Frames of the upper part. The head has one frame.
-
-    Returns:
-        ``world_from_part`` for ``lower``, ``upper``, ``head`` and ``weapon``, each of the shape of
-        the arguments broadcast together.
-    """
-    world_from_lower = world_from_player
-    world_from_upper = world_from_lower @ _joint(player, "lower", "tag_torso", legs)
-    world_from_head = world_from_upper @ _joint(player, "upper", "tag_head", torso)
-    world_from_weapon = world_from_upper @ _joint(player, "upper", "tag_weapon", torso)
-    names = (*PARTS, "weapon")
-    placed = (world_from_lower, world_from_upper, world_from_head, world_from_weapon)
-    return dict(zip(names, np.broadcast_arrays(*placed), strict=True))
-
-
-def _joint(player: Player, part: str, tag: str, pose: Pose) -> Mat4:
-    """The (..., 4, 4) ``part_from_next`` of a tag; the identity where there is none."""
-    keys = player.parts[part].model.tags.get(tag) if part in player.parts else None
-    return np.eye(4) if keys is None else between(keys, pose)
 
 
 def _undressed(part: Part, skin_source: str) -> list[AssetError]:

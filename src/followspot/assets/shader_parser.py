@@ -64,6 +64,9 @@ class ReadsScripts(Protocol):
     def source(self, name: str) -> str:
         """Say where a file lies, for records and errors."""
 
+    def root(self, name: str) -> int:
+        """Say which of the archive's roots holds a file, the first being the one that wins."""
+
 
 @dataclass(frozen=True, slots=True)
 class Entry:
@@ -136,14 +139,16 @@ def load_scripts(archive: ReadsScripts) -> Scripts:
     it joins all scripts, the first pak's in front (``ScanAndLoadShaderFiles``), and the first
     entry counts. So an entry of an earlier pak wins over one in a differently named script of
     a later pak; loose files come last. The scripts of one pak are joined from the last to the
-    first; in the pak's own order in the engine, by name here.
+    first; in the pak's own order in the engine, by name here. All this holds within one root: an
+    entry of an earlier root, which may be another game, wins over any of a later one.
 
     An unreadable file is one of the result's problems; the others are kept.
     """
     found: dict[str, Entry] = {}
     lost: list[AssetError] = []
     names = sorted(archive.names("scripts/", ".shader"), reverse=True)
-    for name in sorted(names, key=lambda name: _joining_order(archive.source(name))):
+    order = {name: (archive.root(name), *_joining_order(archive.source(name))) for name in names}
+    for name in sorted(names, key=order.__getitem__):
         try:
             data = archive.read(name)
             if len(data) > MAX_SCRIPT_BYTES:

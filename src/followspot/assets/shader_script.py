@@ -18,15 +18,12 @@ from followspot.assets.shader_values import (
     Reader,
     Sides,
     SkyParms,
-    Sort,
     Sun,
     read_alpha_test,
     read_blend,
     read_cull,
     read_images,
-    read_rgb_gen,
     read_sky_parms,
-    read_sort,
     read_sun,
     read_tc_gen,
 )
@@ -54,10 +51,6 @@ class Stage:
         The last wins, as each directive sets one variable of the engine's.
         """
         return _last(self.directives, names)
-
-    def all(self, *names: str) -> tuple[Directive, ...]:
-        """List the directives with one of these (lower-case) names, in the order of the file."""
-        return _named(self.directives, names)
 
     @property
     def image(self) -> str | None:
@@ -93,20 +86,6 @@ class Stage:
         return read_alpha_test(test, []) if test else None
 
     @property
-    def rgb_gen(self) -> tuple[str, ...]:
-        """Where the colour comes from, with its arguments, in lower case.
-
-        Without (a known) ``rgbGen`` it is ``identitylighting`` for a stage that covers or
-        adds (no blending, or source factor GL_ONE or GL_SRC_ALPHA), else ``identity``.
-        """
-        rgb_gen = self.get("rgbgen")
-        words = read_rgb_gen(rgb_gen, []) if rgb_gen else ()
-        if words:
-            return words
-        adds = self.blend is None or self.blend[0] in (BlendFactor.ONE, BlendFactor.SRC_ALPHA)
-        return ("identitylighting",) if adds else ("identity",)
-
-    @property
     def tc_gen(self) -> tuple[str, ...]:
         """Where texture coordinates come from, with its arguments, in lower case.
 
@@ -116,16 +95,6 @@ class Stage:
         tc_gen = self.get("tcgen", "texgen")
         words = read_tc_gen(tc_gen, []) if tc_gen else ()
         return words or (("lightmap",) if self.image == "$lightmap" else ("texture",))
-
-    @property
-    def tc_mods(self) -> tuple[Directive, ...]:
-        """Changes to the texture coordinates, to be applied in this order."""
-        return self.all("tcmod")
-
-    @property
-    def depth_write(self) -> bool:
-        """Whether the stage writes depth: if it covers, or says ``depthWrite``."""
-        return self.blend is None or self.get("depthwrite") is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +121,7 @@ class ShaderScript:
 
     def all(self, *names: str) -> tuple[Directive, ...]:
         """List the general directives with one of these (lower-case) names, in file order."""
-        return _named(self.directives, names)
+        return tuple(item for item in self.directives if item.name in names)
 
     @property
     def problems(self) -> tuple[AssetError, ...]:
@@ -186,24 +155,6 @@ class ShaderScript:
         return read_sun(sun, []) if sun else None
 
     @property
-    def sort(self) -> float:
-        """Place in the drawing order: see `Sort`, though scripts may say any number.
-
-        A sky is drawn as sky. Else ``sort`` and ``portal`` count, the later of the two. Else
-        ``polygonOffset`` makes a decal, and the blending of the first stage decides.
-        """
-        if self.sky_box:
-            return Sort.SKY
-        sort = self.get("sort", "portal")
-        if sort and (place := Sort.PORTAL if sort.name == "portal" else read_sort(sort, [])):
-            return place
-        if self.is_polygonoffset:
-            return Sort.DECAL
-        if self.stages and self.stages[0].blend:
-            return Sort.SEE_THROUGH if self.stages[0].depth_write else Sort.BLEND
-        return Sort.OPAQUE
-
-    @property
     def is_polygonoffset(self) -> bool:
         """Whether the surface is drawn a little nearer, to win over one in the same plane."""
         return self.get("polygonoffset") is not None
@@ -228,10 +179,6 @@ def normalised_name(name: str) -> str:
 
 def _last(directives: Sequence[Directive], names: Sequence[str]) -> Directive | None:
     return next((item for item in reversed(directives) if item.name in names), None)
-
-
-def _named(directives: Sequence[Directive], names: Sequence[str]) -> tuple[Directive, ...]:
-    return tuple(item for item in directives if item.name in names)
 
 
 def _wrong_arguments(

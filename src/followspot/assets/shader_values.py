@@ -3,15 +3,15 @@
 A reader takes a directive and a list ``wrong``; it returns the value that the engine would
 use and, where the arguments are not what the engine knows, appends what it expected. So a
 renderer can pass a throw-away list and never fail, and the same readers find the problems
-of a whole file. The semantics are those of ioquake3's ``code/renderergl1/tr_shader.c``, unless
-a docstring names another source.
+of a whole file. A ``check_`` function is one whose value nothing here asks for. The semantics are
+those of ioquake3's ``code/renderergl1/tr_shader.c``, unless a docstring names another source.
 """
 
 import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import Enum
 from typing import NamedTuple
 
 from followspot.spaces import Vec3, forward_from_angles, vec3
@@ -72,21 +72,6 @@ class AlphaTest(Enum):
     GE128 = "ge128"
 
 
-class Sort(IntEnum):
-    """Named places in the drawing order, low first; ``shaderSort_t`` in ``tr_local.h``."""
-
-    PORTAL = 1
-    SKY = 2
-    OPAQUE = 3
-    DECAL = 4
-    SEE_THROUGH = 5
-    BANNER = 6
-    UNDERWATER = 8
-    BLEND = 9
-    ADDITIVE = 10
-    NEAREST = 16
-
-
 class SkyParms(NamedTuple):
     """A sky's two boxes and the clouds between them.
 
@@ -135,8 +120,10 @@ _SIDES = {
     "twosided": Sides.BOTH,
     "disable": Sides.BOTH,
 }
-# `sort` has no word for Sort.BLEND.
-_SORTS = {sort.name.lower().replace("_", ""): sort for sort in Sort if sort != Sort.BLEND}
+_SORTS = (
+    *("portal", "sky", "opaque", "decal", "seethrough", "banner", "underwater"),
+    *("additive", "nearest"),
+)
 _BLENDS = {
     "add": (BlendFactor.ONE, BlendFactor.ONE),
     "filter": (BlendFactor.DST_COLOR, BlendFactor.ZERO),
@@ -173,14 +160,10 @@ def read_cull(cull: Directive, wrong: list[str]) -> Sides:
     return _SIDES.get(cull.word, Sides.FRONT)
 
 
-def read_sort(sort: Directive, wrong: list[str]) -> float:
-    """Place in the drawing order; 0, which says nothing, for what is no word and no number."""
-    if sort.word in _SORTS:
-        return _SORTS[sort.word]
-    value = number(sort.word)
-    if value is None:
+def check_sort(sort: Directive, wrong: list[str]) -> None:
+    """``sort``, whose place in the drawing order nothing here asks for."""
+    if sort.word not in _SORTS and number(sort.word) is None:
         wrong.append("a number or a known place in the drawing order")
-    return value or 0.0
 
 
 def read_sky_parms(sky: Directive, wrong: list[str]) -> SkyParms | None:
@@ -253,9 +236,9 @@ def read_alpha_test(test: Directive, wrong: list[str]) -> AlphaTest | None:
         return None
 
 
-def read_rgb_gen(rgb_gen: Directive, wrong: list[str]) -> tuple[str, ...]:
-    """Arguments of ``rgbGen`` in lower case, empty where the engine does not know them."""
-    return _known_words(rgb_gen, _RGB_GENS, wrong)
+def check_rgb_gen(rgb_gen: Directive, wrong: list[str]) -> None:
+    """``rgbGen``, whose colours nothing here asks for."""
+    _known_words(rgb_gen, _RGB_GENS, wrong)
 
 
 def read_tc_gen(tc_gen: Directive, wrong: list[str]) -> tuple[str, ...]:
@@ -274,7 +257,7 @@ Reader = Callable[[Directive, list[str]], object]
 
 GENERAL_READERS: dict[str, Reader] = {
     "cull": read_cull,
-    "sort": read_sort,
+    "sort": check_sort,
     "skyparms": read_sky_parms,
     "q3map_sun": read_sun,
     "q3map_sunext": read_sun,
@@ -288,7 +271,7 @@ STAGE_READERS: dict[str, Reader] = {
     "animmap": read_images,
     "blendfunc": read_blend,
     "alphafunc": read_alpha_test,
-    "rgbgen": read_rgb_gen,
+    "rgbgen": check_rgb_gen,
     "tcgen": read_tc_gen,
     "texgen": read_tc_gen,
 }

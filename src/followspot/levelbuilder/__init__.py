@@ -27,10 +27,11 @@ The same script always writes the same bytes. Mistakes raise `followspot.errors.
 This package stands outside the renderer: nothing there imports it.
 """
 
+from followspot.assets.surface_flags import Contents, Surface
 from followspot.levelbuilder.brush import Brush, box, brush_from_planes, hull, prism, room
 from followspot.levelbuilder.compiler import compile_level
 from followspot.levelbuilder.level import Level
-from followspot.levelbuilder.material import CAULK, CLIP, Contents, Material, Surface
+from followspot.levelbuilder.material import CAULK, CLIP, Material
 from followspot.levelbuilder.mesh import Mesh, quads
 from followspot.levelbuilder.patches import (
     Patch,

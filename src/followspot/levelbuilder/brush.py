@@ -93,10 +93,10 @@ def brush_from_planes(
         detail: See `Brush.detail`.
 
     Raises:
-        UsageError: The planes enclose nothing.
+        UsageError: The planes enclose nothing, or ``faces`` names no direction.
     """
     project = projection or world_aligned()
-    named = dict.fromkeys(_DIRECTIONS, material) | dict(faces or {})
+    named = _by_direction(material, faces)
     sides = []
     for i, plane in enumerate(planes):
         winding: Array | None = base_winding(plane[:3], plane[3], WORLD_EXTENT)
@@ -114,6 +114,14 @@ def brush_from_planes(
         raise UsageError(f"a brush of {material.name} with {len(planes)} planes encloses nothing")
     corners = np.concatenate([side.winding for side in sides])
     return Brush(tuple(sides), material, detail, corners.min(axis=0), corners.max(axis=0))
+
+
+def _by_direction(material: Material, faces: Mapping[str, Material] | None) -> dict[str, Material]:
+    named = dict(faces or {})
+    if unknown := sorted(named.keys() - _DIRECTIONS.keys()):
+        known = ", ".join(_DIRECTIONS)
+        raise UsageError(f"the sides of a brush are called {known}, not {unknown[0]!r}")
+    return dict.fromkeys(_DIRECTIONS, material) | named
 
 
 def box(
@@ -146,6 +154,8 @@ def hull(
     Meant for up to some twenty points: every plane through three of them is tried.
     """
     cloud = np.asarray(points, dtype=np.float64)
+    if len(cloud) < 4:
+        raise UsageError(f"a hull of {material.name} needs four points, not {len(cloud)}")
     triples = np.array(list(combinations(range(len(cloud)), 3)))
     a, b, c = cloud[triples].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
@@ -193,6 +203,7 @@ def room(
         thickness: Of the walls, in units.
         faces: Other materials: "-z" is the floor, "+z" the ceiling, "+x" the wall in the east.
     """
+    named = _by_direction(material, faces)
     inner = np.array([mins, maxs], dtype=np.float64)
     outer = inner + np.array([[-thickness], [thickness]])
     walls = []
@@ -202,6 +213,5 @@ def room(
             corners[1 - end, axis] = inner[end, axis]
             for lower in range(axis):  # walls meet without overlap
                 corners[:, lower] = inner[:, lower]
-            chosen = dict(faces or {}).get(sign + "xyz"[axis], material)
-            walls.append(box(corners[0], corners[1], chosen))
+            walls.append(box(corners[0], corners[1], named[sign + "xyz"[axis]]))
     return walls

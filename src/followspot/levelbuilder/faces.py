@@ -44,9 +44,9 @@ class Face:
     normals: Array
     triangles: NDArray[np.int64]
     patch_size: tuple[int, int] = (0, 0)
-    colors: NDArray[np.uint8] = field(default_factory=lambda: np.empty((0, 4), np.uint8))
+    colors: NDArray[np.uint8] = field(init=False)
     lightmap: int = BY_VERTEX
-    lightmap_st: Array = field(default_factory=lambda: np.empty((0, 2)))
+    lightmap_st: Array = field(init=False)
     lightmap_rect: tuple[int, int, int, int] = (0, 0, 0, 0)
     lightmap_origin: Array = field(default_factory=lambda: np.zeros(3))
     lightmap_axes: Array = field(default_factory=lambda: np.zeros((2, 3)))

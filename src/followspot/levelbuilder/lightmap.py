@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot.assets.bsp import LUMPS, FaceType
+from followspot.assets.surface_flags import Surface
 from followspot.levelbuilder.bsp_tree import Node, leaf_at
 from followspot.levelbuilder.faces import BY_VERTEX, Face, patch_normals
 from followspot.levelbuilder.lights import Lights, lit, lit_volume
-from followspot.levelbuilder.material import Surface
 from followspot.levelbuilder.patches import evaluate, lengths
 from followspot.levelbuilder.raycast import Occluders
 from followspot.levelbuilder.winding import Array, plane_axes

@@ -5,14 +5,16 @@ value n gives 7500 n / r^2, with r in units. The game multiplies what the lightm
 or four when it draws, so some 64 is neutral.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from followspot.assets.shader_values import number, read_sun
+from followspot.assets.surface_flags import Surface
+from followspot.errors import UsageError
 from followspot.levelbuilder.entities import Entity
-from followspot.levelbuilder.material import Material, Surface
+from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.raycast import Occluders, passed_along, passed_to
 from followspot.levelbuilder.winding import Array
 
@@ -47,20 +49,22 @@ def find_lights(
 ) -> Lights:
     """Gather the lights that a level names.
 
-    ``q3map_sun r g b intensity yaw pitch`` and ``q3map_skyLight value iterations`` in the scripts
-    of sky materials, and ``light`` entities with ``light`` and ``_color``.
+    ``q3map_sun r g b intensity yaw pitch`` (or ``q3map_sunExt``, whose further numbers are not
+    read) and ``q3map_skyLight value iterations`` in the scripts of sky materials, and ``light``
+    entities with ``light`` and ``_color``.
+
+    Raises:
+        UsageError: The value of a ``q3map_skyLight`` is no number.
     """
-    directions, colors = np.empty((0, 3)), np.empty((0, 3))
-    skies = [material.script for material in materials if material.surface & Surface.SKY]
-    for words in (match.split() for s in skies for match in re.findall(r"q3map_sun (.+)", s)):
-        red, green, blue, intensity, yaw, pitch = (float(word) for word in words)
-        yaw, pitch = np.radians([yaw, pitch])
-        towards = [np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)]
-        color = np.array([red, green, blue]) / max(red, green, blue)
-        directions = np.concatenate([directions, [towards]])
-        colors = np.concatenate([colors, [color * intensity]])
-    suns = len(directions)
-    for value in (float(v) for s in skies for v in re.findall(r"q3map_skyLight (\S+)", s)):
+    skies = [material.shader for material in materials if material.surface & Surface.SKY]
+    named = [sun for sky in skies for sun in sky.all("q3map_sun", "q3map_sunext", "sun")]
+    found = [sun for sun in (read_sun(directive, []) for directive in named) if sun]
+    directions = np.array([sun.direction_to_sun for sun in found]).reshape(-1, 3)
+    colors = np.array([sun.color * sun.intensity for sun in found]).reshape(-1, 3)
+    for sky_light in (light for sky in skies for light in sky.all("q3map_skylight")):
+        value = number(sky_light.word)
+        if value is None:
+            raise UsageError(f"the value of a sky's light is no number: {str(sky_light)!r}")
         bits = sky_directions(SKY_DIRECTIONS)
         directions = np.concatenate([directions, bits])
         # a level surface under the open sky shall get the value
@@ -81,7 +85,7 @@ def find_lights(
         ambient,
         directions,
         colors,
-        suns,
+        len(found),
         np.array(origins).reshape(-1, 3),
         np.array(strength).reshape(-1, 3),
     )
@@ -124,7 +128,7 @@ def lit_volume(lights: Lights, occluders: Occluders, points: Array) -> tuple[Arr
     ambient = np.tile(lights.ambient, (len(points), 1))
     directed, towards = np.zeros_like(points), np.zeros_like(points)
     for i, (direction, color) in enumerate(zip(lights.directions, lights.colors, strict=True)):
-        passed = passed_along(occluders, points, direction)[:, None] if len(points) else 0.0
+        passed = passed_along(occluders, points, direction)[:, None]
         if i < lights.suns:
             directed += passed * color
             towards += passed * direction * color.sum()

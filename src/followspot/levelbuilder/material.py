@@ -1,61 +1,28 @@
-"""Materials: what a surface is called, how large its texture is and what the engine shall know.
-
-The flag values are the ones that Quake 3's compiler writes for the ``surfaceparm`` words of a
-shader script (surfaceflags.h of the published game source).
-"""
+"""Materials: what a surface is called, how large its texture is and what the engine shall know."""
 
 from dataclasses import dataclass, field
-from enum import IntFlag
 
 import numpy as np
 from numpy.typing import NDArray
 
-
-class Surface(IntFlag):
-    """Surface flags of a shader lump entry."""
-
-    SKY = 0x4
-    NOIMPACT = 0x10
-    NOMARKS = 0x20
-    NODRAW = 0x80
-    NOLIGHTMAP = 0x400
-    METALSTEPS = 0x1000
-    NONSOLID = 0x4000
-    ALPHASHADOW = 0x10000
-    NODLIGHT = 0x20000
-
+from followspot.assets.bsp import LUMPS
+from followspot.assets.shader_parser import find_entries
+from followspot.assets.shader_script import ShaderScript
+from followspot.assets.surface_flags import Contents, Surface
+from followspot.errors import UsageError
 
 PLAIN = Surface(0)
 """No flags: an ordinary wall."""
 
-
-class Contents(IntFlag):
-    """Content flags of a shader lump entry; 0 is air."""
-
-    SOLID = 0x1
-    LAVA = 0x8
-    SLIME = 0x10
-    WATER = 0x20
-    PLAYERCLIP = 0x10000
-    TRANSLUCENT = 0x20000000
-
-
-PARMS: dict[str, int] = {
-    "sky": Surface.SKY,
-    "noimpact": Surface.NOIMPACT,
-    "nomarks": Surface.NOMARKS,
-    "nodraw": Surface.NODRAW,
-    "nolightmap": Surface.NOLIGHTMAP,
-    "metalsteps": Surface.METALSTEPS,
-    "nonsolid": Surface.NONSOLID,
-    "alphashadow": Surface.ALPHASHADOW,
-    "nodlight": Surface.NODLIGHT,
-}
+_LONGEST_NAME = LUMPS["shaders"]["name"].itemsize - 1  # a NUL ends it
 
 
 @dataclass(frozen=True)
 class Material:
     """One entry of the shader lump, and the shader script that goes with it.
+
+    Raises:
+        UsageError: The name is too long for the file, or the script is none that the engine knows.
 
     Attributes:
         name: Shader name, as ``textures/yard/brick``; also the image path without a script.
@@ -78,6 +45,21 @@ class Material:
     script: str = ""
     image: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        if not self.name.isascii() or len(self.name) > _LONGEST_NAME:
+            raise UsageError(
+                f"a material's name has at most {_LONGEST_NAME} ASCII characters: {self.name!r}"
+            )
+        entries, problems = find_entries(self.script_entry(), self.name)
+        problems += [problem for entry in entries for problem in entry.read().problems]
+        if problems:
+            raise UsageError(str(problems[0]))
+
+    @property
+    def shader(self) -> ShaderScript:
+        """The shader script entry as the renderer reads it."""
+        return find_entries(self.script_entry(), self.name)[0][0].read()
+
     @property
     def drawn(self) -> bool:
         """Whether faces of it are written at all."""
@@ -90,7 +72,7 @@ class Material:
 
     def script_entry(self) -> str:
         """Return the shader script entry: name, flags as ``surfaceparm`` words, then the body."""
-        words = [word for word, flag in PARMS.items() if self.surface & flag]
+        words = [str(flag.name).lower() for flag in Surface if self.surface & flag]
         words += ["trans"] if self.contents & Contents.TRANSLUCENT else []
         words += ["water"] if self.contents & Contents.WATER else []
         words += ["playerclip"] if self.contents & Contents.PLAYERCLIP else []

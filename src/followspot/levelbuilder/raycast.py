@@ -40,6 +40,8 @@ def passed_along(occluders: Occluders, points: Array, direction: Array) -> Array
         points: Where the rays begin.
         direction: Unit vector towards the light, (3,).
     """
+    if not len(points):
+        return np.ones(0)
     helper = np.eye(3)[np.abs(direction).argmin()]
     u = np.cross(direction, helper)
     u /= np.linalg.norm(u)

@@ -1,7 +1,7 @@
 """The camera: where it stands, where it looks, how wide."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -28,7 +28,7 @@ class Camera:
     pitch: float = 0.0
     fov: float = 90.0
     near: float = 4.0
-    name: str = field(default="", compare=False)
+    name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", spaces.vec3(self.position))

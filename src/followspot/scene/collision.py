@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.surface_flags import Contents
 from followspot.scene import bsp_tree, patch, solids
-from followspot.scene.level import entity_vector
+from followspot.scene.level import entity_vector, model_number
 from followspot.scene.mesh import VERTEX
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
 
-STOPS_PLAYERS = 0x1 | 0x10000 | 0x2000000
-"""Content flags of solid, player clip and body (``MASK_PLAYERSOLID``)."""
+STOPS_PLAYERS = Contents.SOLID | Contents.PLAYERCLIP | Contents.BODY
+"""``MASK_PLAYERSOLID`` of the game."""
 
 SOLID_MODELS = frozenset(
     (
@@ -204,15 +205,6 @@ class Probe:
             self._near_bounds = self._bounds[:, self._near]
         meets = np.logical_and.reduce(self._near_bounds < wanted[:, np.newaxis], axis=0)
         return self._near[meets]
-
-
-def model_number(bsp: BspFile, entity: dict[str, str]) -> int | None:
-    """Which brush model an entity places, if it does."""
-    name = entity.get("model", "")
-    if not (name.startswith("*") and name[1:].isdecimal() and len(name) < 9):
-        return None
-    number = int(name[1:])
-    return number if 0 < number < len(bsp.models) else None
 
 
 def _solid_models(bsp: BspFile) -> tuple[NDArray[np.void], NDArray[np.float64]]:

@@ -17,7 +17,7 @@ from followspot.scene.character import Character
 from followspot.scene.figure import Figure
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
-from followspot.scene.level import entity_vector
+from followspot.scene.level import entity_flags, entity_vector
 
 ABOVE_FLOOR = 15.0
 """Units from an item's origin down to the floor (``ITEM_RADIUS``)."""
@@ -29,7 +29,8 @@ BOB = 4.0
 """Units by which items move up and down."""
 
 BOB_RATE, BOB_RATE_STEP = 5.0, 0.01
-"""Radians a second of that, and how much more for every next entity."""
+"""Radians a second of that, and how much more for every entity that stands before it in the level.
+(The game has its own numbers of entities there, among them players'.)"""
 
 WEAPON_SCALE, WEAPON_RISE = 1.5, 8.0
 """Weapons lie larger than they are held, and so much higher in units."""
@@ -63,11 +64,11 @@ _HEALTH = {"_small": "small", "": "medium", "_large": "large", "_mega": "mega"}
 _POWER_UPS = ("quad", "enviro", "haste", "invis", "regen", "flight")
 
 MODELS: dict[str, tuple[str, ...]] = {
-    "item_armor_shard": ("powerups/armor/shard", "powerups/armor/shard_sphere"),
+    "item_armor_shard": ("powerups/armor/shard",),
     "item_armor_combat": ("powerups/armor/armor_yel",),
     "item_armor_body": ("powerups/armor/armor_red",),
     "holdable_teleporter": ("powerups/holdable/teleporter",),
-    "holdable_medkit": ("powerups/holdable/medkit", "powerups/holdable/medkit_sphere"),
+    "holdable_medkit": ("powerups/holdable/medkit",),
     "holdable_kamikaze": ("powerups/kamikazi",),
     "holdable_portal": ("powerups/holdable/porter",),
     "holdable_invulnerability": ("powerups/holdable/invulnerability",),
@@ -90,7 +91,8 @@ MODELS: dict[str, tuple[str, ...]] = {
     **{f"item_{n}": (f"powerups/instant/{n}", f"powerups/instant/{n}_ring") for n in _POWER_UPS},
 }
 """By class in lower case: models below ``models``, without ``.md3``; the second goes round the
-first."""
+first. The game's table has second models of armour shards and the medkit, too, but `CG_Item` draws
+those of health and power-ups alone."""
 
 
 class _Item(NamedTuple):
@@ -135,8 +137,7 @@ def _found(bsp: BspFile) -> Iterator[_Item]:
         kind = entity.get("classname", "").lower()
         origin = entity_vector(entity, "origin")
         if kind in MODELS and origin is not None:
-            flags = entity.get("spawnflags", "0")
-            hangs = flags.isdecimal() and bool(int(flags) & SUSPENDED)
+            hangs = bool(entity_flags(entity) & SUSPENDED)
             yield _Item(number, kind, (origin[0], origin[1], origin[2]), hangs)
 
 

@@ -1,6 +1,7 @@
 """From the records of a BSP file to one mesh, its materials and what can see what."""
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -17,6 +18,8 @@ from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
 PATCH_TOLERANCE = 1.0
 """Units by which a patch's triangles may miss the curved surface: 3 cm."""
 
+_FLAGS = re.compile(r"\s*([+-]?[0-9]{1,8})", re.ASCII)
+
 FindScript = Callable[[str], ShaderScript | None]
 
 
@@ -28,8 +31,9 @@ class Visibility:
         bsp: The level.
         level_face: (faces,) the mesh's faces as numbers of the level's faces; -1 for props'.
         everywhere: (level's faces,) those of doors and the like, of which it says nothing.
-        prop_leafs: (n, 2) props' faces, as numbers of the mesh's faces, with leafs that they reach
-            into; one leaf more than there are is visible from everywhere.
+        prop_leafs: (n, 2) pairs of a prop's face, as a number of the mesh's faces, and a leaf that
+            its box reaches into. The number behind the last leaf's makes a face visible from
+            everywhere.
     """
 
     bsp: BspFile
@@ -149,16 +153,23 @@ def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
     """(faces, 3) units by which a face moves: the origin of the entity that places its model."""
     origins = np.zeros((len(bsp.models), 3), np.float32)
     for entity in bsp.entities:
-        name = entity.get("model", "")
-        if name.startswith("*") and name[1:].isdigit() and int(name[1:]) < len(origins):
-            origin = entity_vector(entity, "origin")
-            if origin is not None:
-                origins[int(name[1:])] = origin
+        number, origin = model_number(bsp, entity), entity_vector(entity, "origin")
+        if number is not None and origin is not None:
+            origins[number] = origin
     offsets = np.zeros((len(bsp.faces), 3), np.float32)
     for model, moved in zip(bsp.models, origins, strict=True):
         first = model["first_face"]
         offsets[first : first + model["face_count"]] = moved
     return offsets
+
+
+def model_number(bsp: BspFile, entity: dict[str, str]) -> int | None:
+    """Which brush model an entity places, if it does; never the world, which stands by itself."""
+    name = entity.get("model", "")
+    if not (name.startswith("*") and name[1:].isdecimal() and len(name) < 9):
+        return None
+    number = int(name[1:])
+    return number if 0 < number < len(bsp.models) else None
 
 
 def entity_vector(entity: dict[str, str], key: str) -> NDArray[np.float64] | None:
@@ -180,6 +191,22 @@ def entity_angles(entity: dict[str, str]) -> tuple[float, float]:
     except ValueError:
         return 0.0, 0.0
     return (yaw if math.isfinite(yaw) else 0.0), 0.0
+
+
+def target_of(bsp: BspFile, entity: dict[str, str]) -> dict[str, str]:
+    """The first entity that another one names as its target, in any case; empty where none is.
+
+    Of several the game takes any.
+    """
+    name = entity.get("target", "").lower()
+    named = (e for e in bsp.entities if name and e.get("targetname", "").lower() == name)
+    return next(named, {})
+
+
+def entity_flags(entity: dict[str, str]) -> int:
+    """An entity's ``spawnflags`` as C's ``atoi`` reads them, but no more than eight digits."""
+    match = _FLAGS.match(entity.get("spawnflags", ""))
+    return int(match.group(1)) if match else 0
 
 
 def _moved_vertices(

@@ -22,7 +22,7 @@ class PointLight:
         position: (3,) world space, Quake units.
         power: (3,) radiant power per RGB channel in W, over the whole sphere.
 
-    Any three numbers are taken for either.
+    Both vectors may be given as any sequence of three numbers.
     """
 
     position: Vec3
@@ -52,7 +52,8 @@ class SpotLight:
             a hard rim.
         casts_shadow: Whether the light has a shadow map.
 
-    Any three numbers are taken for the vectors; the direction is normalised.
+    The vectors may be given as any sequences of three numbers; the direction, which must not be
+    zero, is normalised.
     """
 
     position: Vec3

@@ -11,10 +11,11 @@ from followspot.assets import image
 from followspot.assets.archive import Archive
 from followspot.assets.bsp import BspFile, read_bsp
 from followspot.assets.image import Image
-from followspot.assets.locate import locate_level, search_path
+from followspot.assets.locate import file_of, locate_level, search_path
 from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.assets.model_file import root_of
 from followspot.assets.shader_parser import load_scripts
+from followspot.assets.surface_flags import Surface
 from followspot.errors import AssetError
 from followspot.scene import (
     cast,
@@ -34,7 +35,6 @@ from followspot.scene.character import Crowd
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
 from followspot.scene.level import Level
-from followspot.scene.material import SURFACE_SKY
 from followspot.scene.prop_file import PropEntry
 from followspot.scene.props import Prop, PropFiles
 from followspot.scene.scene import MissingImage, Scene, spawn_cameras
@@ -76,8 +76,9 @@ def load(
     roots: list[Path] = []
     if path is not None:
         file = scene_file.read(path)
-        beside = path.parent / file.level
-        wanted = str(beside) if isfile(beside) else file.level  # noqa: PTH113 - it never raises
+        beside = str(path.parent / file.level)
+        is_beside = isfile(file_of(beside))  # noqa: PTH113 - it never raises
+        wanted = beside if is_beside else file.level
         file, roots = _with_props_beside(file, path.parent.absolute())
     else:
         file, wanted = SceneFile(level=name), name
@@ -215,7 +216,7 @@ def _assemble(
         metres_per_unit=file.metres_per_unit,
         settings=file.settings,
         missing=tuple(missing.values()),
-        problems=(*scripts.problems, *trouble, *figures.problems),
+        problems=(*archive.problems, *scripts.problems, *trouble, *figures.problems),
     )
     if file.lights is None:
         scene = with_chosen_light(scene, [scene.camera()])
@@ -265,7 +266,7 @@ def with_chosen_light(scene: Scene, cameras: Sequence[Camera]) -> Scene:
 def _sky_shaders(bsp: BspFile) -> list[str]:
     """Names of the shaders of the level's sky faces, the most used first."""
     flags = bsp.shaders["surface_flags"][bsp.faces["shader"]]
-    used = bsp.faces["shader"][(flags & SURFACE_SKY) != 0].tolist()
+    used = bsp.faces["shader"][(flags & Surface.SKY) != 0].tolist()
     return [bsp.shader_names[n] for n in sorted(set(used), key=lambda n: (-used.count(n), n))]
 
 

@@ -15,14 +15,12 @@ from numpy.typing import NDArray
 
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import FaceType
+from followspot.assets.surface_flags import Contents
 from followspot.scene import bsp_tree
 from followspot.scene.level import Level
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-CONTENTS_SOLID = 1
-"""Content flag of brushes that stop everything (the game's surfaceflags.h)."""
 
 VOXEL = 8.0
 """Units: drawn surfaces are known to this resolution, or less where there are very many."""
@@ -119,7 +117,7 @@ class OpenSpace:
             low, high = normal[:, axis] == -1, normal[:, axis] == 1
             np.maximum.at(mins[:, axis], number[low], -distance[low] - self.half)
             np.minimum.at(maxs[:, axis], number[high], distance[high] + self.half)
-        solid = bsp.shaders["content_flags"][bsp.brushes["shader"]] & CONTENTS_SOLID
+        solid = bsp.shaders["content_flags"][bsp.brushes["shader"]] & Contents.SOLID
         wanted = (solid != 0) & (count > 0) & (mins < maxs).all(axis=1)
         wanted[: world["first_brush"]] = False
         wanted[world["first_brush"] + world["brush_count"] :] = False
@@ -170,7 +168,7 @@ def _drawn_triangles(level: Level) -> Array:
     number = level.visibility.level_face
     faces, world = bsp.faces[number], bsp.models[0]
     of_world = number < world["first_face"] + world["face_count"]
-    solid = (bsp.shaders["content_flags"][faces["shader"]] & CONTENTS_SOLID) != 0
+    solid = (bsp.shaders["content_flags"][faces["shader"]] & Contents.SOLID) != 0
     is_brush = (number >= 0) & of_world & solid & (faces["type"] == FaceType.POLYGON)
     opaque = np.array([m.blend is None for m in materials], bool)[mesh.faces["material"]]
     wanted = mesh.faces[opaque]

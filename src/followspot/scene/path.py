@@ -83,16 +83,25 @@ class CameraPath:
         return self.keys[-1].time
 
     def lasting(self, seconds: float) -> "CameraPath":
-        """The same way, faster or slower, so that its last key has this time."""
+        """The same way, faster or slower, so that its last key has this time.
+
+        With one key, which is no way, it stays as it is.
+        """
+        if len(self.keys) == 1:
+            return self
         scale = seconds / self.seconds
         return CameraPath(tuple(replace(key, time=key.time * scale) for key in self.keys))
 
     def at_one_speed(self, seconds: float) -> "CameraPath":
         """The same way in so many seconds, the keys' times being what its length makes them.
 
+        With one key, which is no way, it stays as it is.
+
         Raises:
             ValueError: two neighbouring keys are at one place.
         """
+        if len(self.keys) == 1:
+            return self
         arc = self._arc[::SUBSTEPS] / self._arc[-1]
         pairs = zip(self.keys, arc.tolist(), strict=True)
         return CameraPath(tuple(replace(key, time=share * seconds) for key, share in pairs))

@@ -19,8 +19,8 @@ from followspot.scene.props import Prop, PropSurface
 def with_props(level: Level, props: Sequence[Prop]) -> Level:
     """A level with props in its mesh, one face a surface.
 
-    A prop is seen from where a leaf is that its box reaches into; from everywhere, if that is
-    none that the level's visibility knows of.
+    A surface is seen from wherever one of the leafs is seen that its box reaches into; from
+    everywhere, if all of those are solid or outside of the level.
     """
     surfaces = [surface for prop in props for surface in prop.surfaces]
     if not surfaces:

@@ -168,8 +168,13 @@ def _first_frame(name: str, figure: Figure) -> Prop:
         vertices["position"], vertices["normal"] = part.positions[0], part.normals[0]
         vertices["texcoord"] = part.texcoords
         for run in part.runs:
-            indices = part.indices[run.first : run.first + run.count]
-            surfaces.append(PropSurface(vertices, None, indices, run.material))
+            # A part's vertices are shared by all its materials; a surface has its own alone.
+            used, indices = np.unique(
+                part.indices[run.first : run.first + run.count], return_inverse=True
+            )
+            surfaces.append(
+                PropSurface(vertices[used], None, indices.astype(np.uint32), run.material)
+            )
     if not surfaces:
         raise AssetError(name, expected="triangles", found="none")
     return Prop(name, tuple(surfaces))

@@ -13,7 +13,7 @@ from followspot.assets.shader_values import Sun
 from followspot.errors import AssetError, UsageError
 from followspot.scene.camera import Camera
 from followspot.scene.character import Crowd
-from followspot.scene.level import Level, Visibility, entity_angles, entity_vector
+from followspot.scene.level import Level, Visibility, entity_angles, entity_vector, target_of
 from followspot.scene.light import Light
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh
@@ -166,13 +166,12 @@ def spawn_cameras(bsp: BspFile) -> dict[str, Camera]:
 
 def _intermission(bsp: BspFile) -> dict[str, Camera]:
     """The view that the game shows between matches, which levels choose with care."""
-    targets = {e["targetname"]: e for e in bsp.entities if "targetname" in e}
     for entity in bsp.entities:
         origin = entity_vector(entity, "origin")
         if entity.get("classname", "").lower() != "info_player_intermission" or origin is None:
             continue
         yaw, pitch = entity_angles(entity)
-        target = entity_vector(targets.get(entity.get("target", ""), {}), "origin")
+        target = entity_vector(target_of(bsp, entity), "origin")
         if target is not None and not np.array_equal(target, origin):
             yaw, pitch = spaces.angles_from_forward(spaces.vec3(target - origin))
         return {"intermission": Camera(spaces.vec3(origin), yaw, pitch, name="intermission")}

@@ -39,10 +39,12 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             comparisons; 1 is the hardware's filter alone.
         shadow_cull: Faces left out of the shadow map.
         shadow_bias: Units that a receiver is moved along its normal before the comparison.
-        shadow_normal_offset: Texels, of the tile that it is looked up in, that it is moved besides:
-            across the map as its normal points, and towards the light as far as it faces it. If it
-            is two-sided, its lit side is in the map itself; then it is moved towards the light by
-            what its plane deepens in three times so many texels, or by them where light grazes it.
+        shadow_normal_offset: Texels of the shadow map's tile in use by which a lit point is moved
+            before its depth is compared, lest a surface shadow itself: sideways in the map along
+            its normal (Holbert 2011). What has its lit side in the map, as two-sided surfaces do
+            and with another `shadow_cull` all, is moved towards the light as well, by what its
+            plane's depth changes over three times as many texels; under grazing light sideways
+            by three times as many.
         shadow_slope_bias: Depth slopes per texel added to casters (glPolygonOffset's factor).
         redraw_shadows: Draws every shadow map in every frame, to measure what that costs.
         culling: Leaves out what the camera cannot see; off is for comparisons.

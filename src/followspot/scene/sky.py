@@ -41,10 +41,10 @@ class CubeMap:
     def towards_axes(self, level: float | None = None) -> NDArray[np.float64]:
         """(6, 3) linear values seen along +X -X +Y -Y +Z -Z at a MIP level.
 
-        A look-up along an axis hits the middle of a face. There the box-filtered level L holds
-        the mean over the central 2^L texels where the face is one texel wide, and over the
-        central 2^(L+1) square (four texels, evenly weighted) where it is wider. Between two whole
-        levels the values are mixed linearly, as trilinear filtering does.
+        A look-up along an axis hits the middle of a face, where four texels of a level meet and
+        count alike: at the box-filtered level L the mean of the image's central square of 2^(L+1)
+        texels along an edge. The `top_level` has one texel, the mean of the whole face. Between
+        two whole levels the values are mixed linearly, as trilinear filtering does.
 
         Args:
             level: 0 is the full image; none is `top_level`.

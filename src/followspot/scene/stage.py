@@ -94,7 +94,7 @@ def _scene(
         cameras={view: _camera(view, middle, radius) for view in _VIEWS},
         settings=Settings(shadow_taps=2),
         missing=tuple(MissingImage(n, tuple(tried)) for n, tried in files.missing.items()),
-        problems=tuple(files.problems),
+        problems=(*archive.problems, *files.problems),
     )
 
 

@@ -23,6 +23,8 @@ _AT_ONCE = 4096  # lines; their pairs stay within the processor's cache
 _GRID_BITS = 10
 _EDGE = 1e-9
 """Share of a triangle that it is larger for the test: lines do not slip between neighbours."""
+_MARGIN = 1e-6
+"""Units by which boxes are larger: lines that lie in one of their sides are not outside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +123,8 @@ def _levels(corners: Numbers) -> list[tuple[Numbers, Numbers]]:
     """
     leaves = 1 << max(0, (-(-len(corners) // _LEAF) - 1)).bit_length()
     mins, maxs = np.full((leaves * _LEAF, 3), np.inf), np.full((leaves * _LEAF, 3), -np.inf)
-    mins[: len(corners)], maxs[: len(corners)] = corners.min(axis=1), corners.max(axis=1)
+    mins[: len(corners)] = corners.min(axis=1) - _MARGIN
+    maxs[: len(corners)] = corners.max(axis=1) + _MARGIN
     mins, maxs = mins.reshape(-1, _LEAF, 3).min(axis=1), maxs.reshape(-1, _LEAF, 3).max(axis=1)
     levels = [(mins, maxs)]
     while len(mins) > 1:

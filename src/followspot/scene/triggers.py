@@ -14,8 +14,14 @@ from numpy.typing import NDArray
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile
 from followspot.scene import solids
-from followspot.scene.collision import Box, Probe, model_number
-from followspot.scene.level import entity_angles, entity_vector
+from followspot.scene.collision import Box, Probe
+from followspot.scene.level import (
+    entity_angles,
+    entity_flags,
+    entity_vector,
+    model_number,
+    target_of,
+)
 from followspot.scene.slide import GRAVITY
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
@@ -71,7 +77,7 @@ def _found(bsp: BspFile) -> Iterator[tuple[JumpPad | Teleporter, Solids]]:
         offset = np.zeros(3) if origin is None else origin
         model = bsp.models[[number]]
         middle = (model["mins"][0].astype(np.float64) + model["maxs"][0]) / 2 + offset
-        trigger = _trigger(entity, middle, _target(bsp, entity))
+        trigger = _trigger(entity, middle, target_of(bsp, entity))
         if trigger is not None:
             brushes = run_members(model["first_brush"], model["brush_count"])
             offsets = np.broadcast_to(offset, (len(brushes), 3))
@@ -87,14 +93,9 @@ def _trigger(
         return None
     if kind == "trigger_push" and place[2] > middle[2]:
         return JumpPad(_launch(middle, place))
-    if kind == "trigger_teleport" and not _is_for_spectators(entity):
+    if kind == "trigger_teleport" and not entity_flags(entity) & _SPECTATORS_ONLY:
         return Teleporter(vec3(place), entity_angles(target)[0])
     return None
-
-
-def _is_for_spectators(entity: dict[str, str]) -> bool:
-    flags = entity.get("spawnflags", "0")
-    return flags.isdecimal() and len(flags) < 9 and bool(int(flags) & _SPECTATORS_ONLY)
 
 
 def _launch(start: NDArray[np.float64], apex: NDArray[np.float64]) -> Vec3:
@@ -105,10 +106,3 @@ def _launch(start: NDArray[np.float64], apex: NDArray[np.float64]) -> Vec3:
     time = math.sqrt(2 * (apex[2] - start[2]) / GRAVITY)
     x, y, _ = (apex - start) / time
     return vec3((x, y, GRAVITY * time))
-
-
-def _target(bsp: BspFile, entity: dict[str, str]) -> dict[str, str]:
-    """The first entity that another one names as its target (the game takes any of several)."""
-    name = entity.get("target", "").lower()
-    named = (e for e in bsp.entities if name and e.get("targetname", "").lower() == name)
-    return next(named, {})
