@@ -17,7 +17,6 @@ from followspot.assets.archive import Archive
 from followspot.assets.image import (
     IMAGE_SUFFIXES,
     MAX_SIDE,
-    ColorSpace,
     Image,
     decode,
     decode_all,
@@ -120,7 +119,6 @@ def test_hand_written_files_decode_pixel_by_pixel(name: str) -> None:
     np.testing.assert_array_equal(image.pixels, np.array(expected, np.uint8))
     assert image.size == (len(expected[0]), len(expected))
     assert image.has_alpha == any(pixel[3] < 255 for row in expected for pixel in row)
-    assert image.color_space is ColorSpace.SRGB
     assert image.source == name
 
 
@@ -203,21 +201,6 @@ def test_every_kind_of_jpg_becomes_rgba(mode: str) -> None:
 
 def test_format_is_told_by_content_and_not_by_name() -> None:
     assert decode(PNG_RGB, "named.tga").pixels.tolist() == [[list(RED), list(GREEN)]]
-
-
-@pytest.mark.parametrize(
-    ("gamma", "chunks", "expected"),
-    [
-        (100000, [], ColorSpace.LINEAR),
-        (45455, [], ColorSpace.SRGB),
-        (100000, [chunk(b"sRGB", b"\0")], ColorSpace.SRGB),
-    ],
-)
-def test_only_a_png_that_says_gamma_1_is_linear(
-    gamma: int, chunks: list[bytes], expected: ColorSpace
-) -> None:
-    chunks = [chunk(b"gAMA", struct.pack(">I", gamma)), *chunks]
-    assert decode(png((1, 1), 8, 0, b"\0\0", chunks), "x.png").color_space is expected
 
 
 @pytest.mark.parametrize(("width", "height"), [(0, 1), (1, 0), (MAX_SIDE + 1, 1), (1, 65535)])

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from conftest import Draw
-from followspot.assets.image import ColorSpace, Image
+from followspot.assets.image import Image
 from followspot.assets.shader_values import BlendFactor
 from followspot.passes.frame import FrameInput
 from followspot.passes.view import View
@@ -220,7 +220,7 @@ def quake_sky(colour_of: Callable[[Array], Array], size: int) -> CubeMap:
         rgb = srgb_encoded(colour_of(towards / np.linalg.norm(towards, axis=-1, keepdims=True)))
         pixels = np.full((size, size, 4), 255, np.uint8)
         pixels[..., :3] = np.round(rgb * 255)
-        images.append(Image(pixels, ColorSpace.SRGB, False, suffix))
+        images.append(Image(pixels, False, suffix))
     return sky.from_quake_images("coded", images)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from followspot.assets.image import ColorSpace, Image
+from followspot.assets.image import Image
 from followspot.scene import sky
 from synthetic import cube_map, srgb_decoded
 
@@ -34,7 +34,7 @@ def images(size: int = 4) -> list[Image]:
         pixels[..., 0] = number * 40
         pixels[..., 1] = np.arange(size)[:, np.newaxis] * 10
         pixels[..., 2] = np.arange(size) * 10
-        made.append(Image(pixels, ColorSpace.SRGB, False, str(number)))
+        made.append(Image(pixels, False, str(number)))
     return made
 
 
@@ -69,7 +69,7 @@ def test_images_of_any_size_become_square_powers_of_two(
 ) -> None:
     width, height = sizes
     pixels = np.full((height, width, 4), 200, np.uint8)
-    cube = sky.from_quake_images("odd", [Image(pixels, ColorSpace.SRGB, False, "")] * 6)
+    cube = sky.from_quake_images("odd", [Image(pixels, False, "")] * 6)
     assert cube.faces.shape == (6, expected, expected, 4) and cube.faces.flags.c_contiguous
     assert (cube.faces == 200).all()
 

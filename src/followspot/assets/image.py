@@ -13,7 +13,6 @@ from collections import deque
 from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from enum import Enum
 from math import ceil
 from typing import TypeVar
 
@@ -69,26 +68,18 @@ _PNG_PASSES = (
 _PNG_STEP_BYTES = 1 << 20  # inflated at a time, to count and drop
 
 
-class ColorSpace(Enum):
-    """What the RGB bytes encode; alpha is linear always."""
-
-    SRGB = "sRGB"
-    LINEAR = "linear"
-
-
 @dataclass(frozen=True, eq=False)
 class Image:
     """A decoded image.
 
     Args:
-        pixels: (height, width, 4) uint8, RGBA with straight alpha, row 0 at the top; read-only.
-        color_space: What RGB encodes: sRGB unless a png file says gamma 1.
+        pixels: (height, width, 4) uint8, sRGB and straight linear alpha, row 0 at the top;
+            read-only. What a file says of its gamma is passed over, as in the games.
         has_alpha: Whether any alpha is below 255.
         source: The file that it comes from, for messages.
     """
 
     pixels: NDArray[np.uint8]
-    color_space: ColorSpace
     has_alpha: bool
     source: str
 
@@ -129,7 +120,7 @@ def decode(data: bytes, source: str) -> Image:
         kind = reader.format if reader is not TgaImageFile else "tga, jpg, png, bmp or pcx"
         found = f"{len(data)} bytes that are not ({str(error) or type(error).__name__})"
         raise AssetError(source, expected=f"a whole {kind} image", found=found) from error
-    return Image(pixels, _color_space(opened), bool(pixels[..., 3].min() < 255), source)
+    return Image(pixels, bool(pixels[..., 3].min() < 255), source)
 
 
 def _check_size(size: tuple[int, int], source: str) -> None:
@@ -180,13 +171,6 @@ def _eight_bits(image: PillowImage.Image) -> PillowImage.Image:
     if image.mode == "I;16":  # Pillow's own conversion clips at 255 in place of scaling
         return PillowImage.fromarray((np.asarray(image) >> 8).astype(np.uint8))
     return image
-
-
-def _color_space(image: PillowImage.Image) -> ColorSpace:
-    # A png file's sRGB or ICC chunk outranks its gamma (PNG specification, section 4.3).
-    says_more = "srgb" in image.info or "icc_profile" in image.info
-    linear = image.info.get("gamma") == 1.0 and not says_more
-    return ColorSpace.LINEAR if linear else ColorSpace.SRGB
 
 
 def find_image(archive: Archive, name: str) -> tuple[str | None, list[str]]:
