@@ -9,12 +9,12 @@ import pytest
 from conftest import Draw
 from followspot.assets.bsp import LUMPS, BspFile
 from followspot.assets.shader_values import Sun
+from followspot.assets.surface_flags import Surface
 from followspot.passes.view import View
 from followspot.scene import auto_path, bsp_tree, key_light
 from followspot.scene.level import Level
 from followspot.scene.light import SpotLight
 from followspot.scene.load import load, with_chosen_light
-from followspot.scene.material import SURFACE_SKY
 from followspot.scene.scene import Scene
 from followspot.spaces import vec3
 from synthetic import camera
@@ -27,7 +27,7 @@ METRES = 0.03
 
 def room() -> BspFile:
     """A hollow cube with solid all round; its ceiling is sky, its floor is drawn."""
-    bsp = squares([(0, 0, -HALF), (0, 0, HALF)], [0, 1], [0, SURFACE_SKY])
+    bsp = squares([(0, 0, -HALF), (0, 0, HALF)], [0, 1], [0, Surface.SKY])
     bsp.vertices["position"][:, :2] *= HALF / 8
     axes = np.repeat(np.eye(3, dtype=np.float32), 2, axis=0) * np.tile([1, -1], 3)[:, np.newaxis]
     planes = np.zeros(6, LUMPS["planes"])

@@ -8,12 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from followspot.assets.bsp import LUMPS, BspFile, FaceType
+from followspot.assets.surface_flags import Surface
 from followspot.scene import level
 from followspot.scene.material import (
-    SURFACE_HINT,
-    SURFACE_NODRAW,
-    SURFACE_SKIP,
-    SURFACE_SKY,
     Material,
 )
 from synthetic import open_bsp
@@ -79,7 +76,7 @@ def test_faces_are_sorted_by_material_with_their_triangles_and_boxes() -> None:
         assert face["maxs"].tolist() == (centres[number] + SQUARE.max(axis=0)).tolist()
 
 
-@pytest.mark.parametrize("flag", [SURFACE_SKY, SURFACE_NODRAW, SURFACE_HINT, SURFACE_SKIP])
+@pytest.mark.parametrize("flag", [Surface.SKY, Surface.NODRAW, Surface.HINT, Surface.SKIP])
 def test_sky_and_tool_surfaces_are_no_geometry(flag: int) -> None:
     built = build(squares([(0, 0, 0), (9, 9, 9)], [0, 1], [flag, 0]))
     assert [material.name for material in built.materials] == ["textures/shader1"]
@@ -93,7 +90,7 @@ def test_flares_have_no_triangles() -> None:
 
 
 def test_level_without_anything_to_draw() -> None:
-    built = build(squares([(0, 0, 0)], [0], [SURFACE_SKY]))
+    built = build(squares([(0, 0, 0)], [0], [Surface.SKY]))
     assert len(built.mesh.faces) == 0 and built.materials == ()
 
 

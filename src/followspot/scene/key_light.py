@@ -17,11 +17,11 @@ from followspot import spaces
 from followspot.assets.bsp import BspFile
 from followspot.assets.image import LUMINANCE
 from followspot.assets.shader_values import Sun
+from followspot.assets.surface_flags import Surface
 from followspot.scene import bsp_tree
 from followspot.scene.camera import Camera
 from followspot.scene.level import Level
 from followspot.scene.light import SpotLight
-from followspot.scene.material import SURFACE_SKY
 from followspot.scene.triangle_tree import TriangleTree
 from followspot.spaces import Vec3
 
@@ -99,7 +99,7 @@ def ambient(sky_mean: NDArray[np.float64]) -> float:
 
 def _sun_share(bsp: BspFile, to_sun: Vec3, eyes: Points, seen: Points) -> float:
     """Share of the places that eyes see which the sun reaches through the sky."""
-    is_sky = (bsp.shaders["surface_flags"][bsp.faces["shader"]] & SURFACE_SKY) != 0
+    is_sky = (bsp.shaders["surface_flags"][bsp.faces["shader"]] & Surface.SKY) != 0
     sky = np.flatnonzero(is_sky & (bsp.faces["vertex_count"] > 0))
     if not len(sky):
         return 0.0

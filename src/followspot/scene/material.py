@@ -12,14 +12,11 @@ from enum import Enum
 from followspot.assets.bsp import BspFile
 from followspot.assets.shader_script import ShaderScript, Stage
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
-
-SURFACE_SKY = 0x4
-SURFACE_NODRAW = 0x80
-SURFACE_HINT = 0x100
-SURFACE_SKIP = 0x200
-"""Flags in a level's table of shaders (``surfaceflags.h`` of the game's source)."""
+from followspot.assets.surface_flags import Surface
 
 Blend = tuple[BlendFactor, BlendFactor]
+
+_HIDDEN = Surface.SKY | Surface.NODRAW | Surface.HINT | Surface.SKIP
 
 _COVERS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
 _BRIGHTENS = (BlendFactor.DST_COLOR, BlendFactor.ONE)
@@ -100,8 +97,7 @@ FindImage = Callable[[str], str | None]
 
 def is_drawn(bsp: BspFile, shader: int, script: ShaderScript | None) -> bool:
     """Whether faces of a level's shader are geometry: not sky, not tool surfaces."""
-    hidden = SURFACE_SKY | SURFACE_NODRAW | SURFACE_HINT | SURFACE_SKIP
-    if int(bsp.shaders["surface_flags"][shader]) & hidden:
+    if int(bsp.shaders["surface_flags"][shader]) & _HIDDEN:
         return False
     if script is None:
         return True
