@@ -19,7 +19,7 @@ from followspot.errors import FollowspotError, UsageError
 from followspot.passes.view import View
 from followspot.present import film, video, workers
 from followspot.present.film import FilmWish, Interrupt, Output
-from followspot.present.frames import EXPOSURES, Film, FilmCamera, exposure_for
+from followspot.present.frames import Film, FilmCamera, exposures_for
 from followspot.present.renderer import Renderer
 from followspot.present.still import Wish
 from followspot.present.video import Shape
@@ -49,7 +49,7 @@ def scene() -> Scene:
 
 
 def film_of(**changes: object) -> Film:
-    fields: dict[str, object] = {"exposure": 0.7, "frame_count": 40, **changes}
+    fields: dict[str, object] = {"exposures": (0.7,), "frame_count": 40, **changes}
     return Film(PATH, SIZE, Fraction(30), **fields)  # type: ignore[arg-type]
 
 
@@ -99,19 +99,25 @@ def test_a_frame_is_what_render_draws_there() -> None:
 
 
 @pytest.mark.gl
-def test_the_exposure_is_that_of_moments_at_their_own_time() -> None:
+def test_exposures_are_those_of_moments_at_their_own_time_smoothed() -> None:
     """Somebody close by, who moves, is as bright in them as in the film."""
     robot = load_figure("models/robot/robot.md2", (), "run")
     eye = vec3([50, 0, 0])
     path = CameraPath((Key(0.0, eye, 180, 5), Key(1.3, eye, 180, 5)))
     with Renderer((160, 120)) as renderer:
-        found = [
-            [renderer.exposure(robot, path.camera(0), time=share * time) for share in (0, 1)]
-            for time in np.linspace(0, path.seconds, EXPOSURES)
-        ]
-    still, moving = np.median(found, axis=0)
-    assert still != moving
-    assert exposure_for(robot, path, View.FINAL) == moving
+        a, b, c = (renderer.exposure(robot, path.camera(0), time=t) for t in (0, 0.65, 1.3))
+    assert len({a, b, c}) == 3
+    mixed = [(a**3 * b) ** 0.25, (a * b**2 * c) ** 0.25, (b * c**3) ** 0.25]
+    np.testing.assert_allclose(exposures_for(robot, path, View.FINAL), mixed, rtol=1e-12)
+    assert exposures_for(robot, path, View.NORMALS) == (1.0,)
+
+
+def test_exposure_goes_evenly_from_one_to_the_next() -> None:
+    film_ = film_of(exposures=(0.5, 2.0, 2.0))
+    half = PATH.seconds / 2
+    shown = [film_.exposure(share * half) for share in (-1, 0, 0.25, 0.5, 1, 1.7, 3)]
+    np.testing.assert_allclose(shown, [0.5, 0.5, 0.5**0.5, 1, 2, 2, 2])
+    assert film_of(exposures=(0.7,)).exposure(1.0) == 0.7
 
 
 @pytest.mark.gl

@@ -25,7 +25,7 @@ from followspot.errors import UsageError
 from followspot.passes.view import View
 from followspot.present import arguments, video, workers
 from followspot.present.console import open_console, working
-from followspot.present.frames import Film, FilmCamera, Picture, exposure_for, lit_along
+from followspot.present.frames import Film, FilmCamera, Picture, exposures_for, lit_along
 from followspot.present.renderer import named
 from followspot.present.still import Wish, open_scene
 from followspot.present.video import Shape, Written
@@ -210,7 +210,7 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
         raise UsageError(f"--seconds: {count} frames are more than the {MAX_FRAMES} allowed")
     film = Film(
         path, size, fps, count, view,
-        exposure_for(scene, path, view), film_wish.samples, film_wish.supersample,
+        exposures_for(scene, path, view), film_wish.samples, film_wish.supersample,
     )  # fmt: skip
     return scene, film
 

@@ -1,5 +1,6 @@
 """The frames of a film, each of which depends on its number alone."""
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -29,8 +30,8 @@ degrees."""
 LOOKS = 16
 """Moments of a path at which is looked at what a light is chosen for."""
 
-EXPOSURES = 9
-"""Moments of a film that its one exposure is the median of."""
+ADAPTING = 1.0
+"""Seconds from one exposure of a film to the next, about what an eye takes from light to shade."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,8 @@ class Film:
         fps: Frames a second.
         frame_count: How many frames there are.
         view: The stage that they show.
-        exposure: Display value per radiance, the same all along, so that nothing pumps.
+        exposures: Display values per radiance at equal steps of the path's time, the first at its
+            start, the last at its end; a single one holds all along.
         samples: Moments that are averaged for each frame; 1 has no motion blur.
         supersample: Pixels that are drawn along an edge of each of the film's.
     """
@@ -53,7 +55,7 @@ class Film:
     fps: Fraction
     frame_count: int
     view: View = View.FINAL
-    exposure: float = 1.0
+    exposures: tuple[float, ...] = (1.0,)
     samples: int = 1
     supersample: int = 1
 
@@ -61,6 +63,13 @@ class Film:
         """Seconds at which a frame's samples are taken, around ``number / fps``."""
         shifts = ((k + 0.5) / self.samples - 0.5 for k in range(self.samples))
         return [(number + SHUTTER * shift) / float(self.fps) for shift in shifts]
+
+    def exposure(self, time: float) -> float:
+        """Display value per radiance at a time in seconds, between those that are given."""
+        if len(self.exposures) == 1:
+            return self.exposures[0]
+        steps = np.linspace(0, self.path.seconds, len(self.exposures))
+        return float(np.exp(np.interp(time, steps, np.log(self.exposures))))
 
 
 class FilmCamera:
@@ -117,7 +126,7 @@ class FilmCamera:
             film.path.camera(time),
             self._lights,
             scene.settings,
-            film.exposure,
+            film.exposure(time),
             film.view,
             time,
         )
@@ -144,13 +153,18 @@ def lit_along(scene: Scene, path: CameraPath) -> Scene:
     return with_chosen_light(scene, [path.camera(t) for t in np.linspace(0, path.seconds, LOOKS)])
 
 
-def exposure_for(scene: Scene, path: CameraPath, view: View) -> float:
-    """One exposure for a whole film: the median of those of moments along its path."""
+def exposures_for(scene: Scene, path: CameraPath, view: View) -> tuple[float, ...]:
+    """A film's exposures: those of moments along its path, each mixed with those next to it.
+
+    So pictures follow from light into shade slowly, and nothing pumps.
+    """
     if scene.settings.exposure is not None or not view.is_light:
-        return scene.settings.exposure or 1.0
+        return (scene.settings.exposure or 1.0,)
+    count = max(2, math.ceil(path.seconds / ADAPTING) + 1)
     with Renderer((160, 120)) as renderer:
-        moments = np.linspace(0, path.seconds, EXPOSURES)
-        found = [
-            renderer.exposure(scene, path.camera(time), time=time) for time in moments.tolist()
+        measured = [
+            renderer.exposure(scene, path.camera(time), time=time)
+            for time in np.linspace(0, path.seconds, count).tolist()
         ]
-        return float(np.median(found))
+    before, here, behind = (np.pad(np.log(measured), 1, "edge")[k : k + count] for k in range(3))
+    return tuple(np.exp((before + 2 * here + behind) / 4).tolist())
