@@ -1,0 +1,39 @@
+"""Pictures of odd sizes, and files that cannot be written."""
+
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import moderngl
+import numpy as np
+import pytest
+
+from followspot.errors import UsageError
+from followspot.gpu.targets import Target
+from followspot.present import pictures
+from followspot.present.figures import contact_sheet
+
+
+@pytest.mark.parametrize("size", [(1, 16384), (16384, 1), (1000, 1), (1, 1), (640, 480)])
+def test_a_contact_sheet_of_any_size(size: tuple[int, int]) -> None:
+    drawn = [np.full((*size[::-1], 3), 200, np.uint8)] * 3
+    sheet = contact_sheet(drawn, ["one", "two", "three"], columns=2, width=100)
+    assert sheet.shape[1] == 2 * 112 + 12 and sheet.shape[0] < 2 * 300
+
+
+@pytest.mark.parametrize("is_linear", [False, True])
+def test_a_size_that_gl_refuses(is_linear: bool) -> None:
+    context = MagicMock()
+    context.framebuffer.side_effect = moderngl.Error("the framebuffer is not complete")
+    with pytest.raises(UsageError, match="a size of 16384x8192 cannot be drawn here"):
+        Target(context, (16384, 8192), is_linear=is_linear)
+    context.texture.return_value.release.assert_called_once()
+
+
+def test_a_disk_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def write(*_: object) -> None:
+        raise RuntimeError("Failed to write pixel data")
+
+    monkeypatch.setattr("OpenEXR.File.write", write)
+    with pytest.raises(UsageError, match=r"q\.exr: cannot be written: Failed to write"):
+        pictures.save(tmp_path / "q.exr", np.zeros((2, 2, 3), np.float32))
+    assert list(tmp_path.iterdir()) == []
