@@ -83,7 +83,9 @@ MaxBytesOption = Annotated[
     int | None,
     typer.Option("--max-bytes", min=1, help="Largest film allowed; quality drops to fit."),
 ]
-JobsOption = Annotated[int, typer.Option("--jobs", min=1, help="Processes that draw the film.")]
+JobsOption = Annotated[
+    int, typer.Option("--jobs", min=1, help="Processes that draw the film, 64 at most.")
+]
 AnimationOption = Annotated[
     str | None,
     typer.Option(

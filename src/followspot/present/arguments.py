@@ -15,6 +15,8 @@ from followspot.scene.settings import Settings, with_changes
 SPOT_FORM = "spot:x,y,z:dx,dy,dz:half_angle_radians:power"
 POINT_FORM = "point:x,y,z:power"
 CAMERA_FORM = "x,y,z,yaw,pitch"
+LARGEST_EDGE = 16384
+"""Pixels along an edge of a picture."""
 LARGEST = 1e15
 """Largest number that is taken: float32 arithmetic on it stays finite."""
 
@@ -25,8 +27,8 @@ def parse_size(text: str) -> tuple[int, int]:
     if not (width.isascii() and height.isascii() and width.isdigit() and height.isdigit()):
         raise UsageError(f"--size: expected WIDTHxHEIGHT as in 640x480, found {text!r}")
     size = int(width), int(height)
-    if not all(1 <= edge <= 16384 for edge in size):
-        raise UsageError(f"--size: expected edges of 1 to 16384 pixels, found {text!r}")
+    if not all(1 <= edge <= LARGEST_EDGE for edge in size):
+        raise UsageError(f"--size: expected edges of 1 to {LARGEST_EDGE} pixels, found {text!r}")
     return size
 
 
