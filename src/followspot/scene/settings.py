@@ -18,7 +18,8 @@ class CullFace(enum.Enum):
     NONE = "none"
 
 
-NonNegative = Annotated[float, Meta(ge=0)]
+NonNegative = Annotated[float, Meta(ge=0, le=1e6)]
+Moderate = Annotated[float, Meta(ge=-1e6, le=1e6)]
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -52,16 +53,16 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     shadows: bool = True
     sky_light: bool = True
     albedo: Annotated[float, Meta(ge=0, le=1)] | None = None
-    exposure: Annotated[float, Meta(gt=0)] | None = None
+    exposure: Annotated[float, Meta(gt=0, le=1e6)] | None = None
     environment_mip: NonNegative | None = None
     emission: NonNegative = 1.0
     shadow_map_size: Annotated[int, Meta(ge=16, le=8192)] = 1024
     shadow_fit: bool = True
     shadow_taps: Annotated[int, Meta(ge=1, le=4)] = 1
     shadow_cull: CullFace = CullFace.FRONT
-    shadow_bias: float = 0.0
-    shadow_normal_offset: float = 0.3
-    shadow_slope_bias: float = 0.0
+    shadow_bias: Moderate = 0.0
+    shadow_normal_offset: Moderate = 0.3
+    shadow_slope_bias: Moderate = 0.0
     redraw_shadows: bool = False
     culling: bool = True
     anisotropy: Annotated[float, Meta(ge=1, le=16)] = 1.0
