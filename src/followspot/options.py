@@ -5,6 +5,14 @@ from typing import Annotated
 
 import typer
 
+
+def folder(text: str) -> Path:
+    """A folder's name, which an empty text is not."""
+    if not text:
+        raise typer.BadParameter("expected a folder's name, found ''")
+    return Path(text)
+
+
 SceneArgument = Annotated[
     str,
     typer.Argument(
