@@ -9,8 +9,12 @@ import pytest
 
 from followspot.errors import UsageError
 from followspot.gpu.targets import Target
+from followspot.passes.view import View
 from followspot.present import pictures
 from followspot.present.figures import contact_sheet
+from followspot.present.inspect import inspect
+from followspot.present.renderer import Renderer
+from followspot.scene.load import load
 
 
 @pytest.mark.parametrize("size", [(1, 16384), (16384, 1), (1000, 1), (1, 1), (640, 480)])
@@ -37,3 +41,20 @@ def test_a_disk_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     with pytest.raises(UsageError, match=r"q\.exr: cannot be written: Failed to write"):
         pictures.save(tmp_path / "q.exr", np.zeros((2, 2, 3), np.float32))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.gl
+def test_one_view_alone_and_closing_twice() -> None:
+    renderer = Renderer((16, 12))
+    scene = load(Path("courtyard"))
+    with scene.archive:
+        drawn = renderer.render(scene, views="normals")
+        assert drawn.keys() == {View.NORMALS} and drawn["normals"].shape == (12, 16, 3)
+        renderer.close()
+        renderer.close()
+
+
+def test_a_mesh_alone_has_no_brush_models(tmp_path: Path) -> None:
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    (tmp_path / "x.obj").write_text(corners)
+    assert inspect(str(tmp_path / "x.obj"), ())["counts"]["brush models"] == 0

@@ -40,14 +40,14 @@ def parse_camera(
     if fov is None:
         return camera
     if not 1 <= fov <= 170:
-        raise UsageError(f"--fov: expected 1 to 170 degrees, found {fov:g}")
+        raise UsageError(f"--fov: expected 1 to 170 degrees, found {fov}")
     return Camera(camera.position, camera.yaw, camera.pitch, fov, camera.near, camera.name)
 
 
 def _typed_camera(text: str, option: str) -> Camera:
     numbers = _numbers(text, option, CAMERA_FORM, 5)
     if abs(numbers[4]) > 90:
-        raise UsageError(f"{option}: expected a pitch of -90 to 90 degrees, found {numbers[4]:g}")
+        raise UsageError(f"{option}: expected a pitch of -90 to 90 degrees, found {numbers[4]}")
     return Camera(spaces.vec3(numbers[:3]), numbers[3], numbers[4])
 
 
@@ -109,6 +109,8 @@ def parse_settings(
             raise UsageError(f"--set: expected KEY=VALUE, found {change!r}")
         pairs[name.strip()] = value.strip()
     if albedo is not None:
+        if not 0 <= albedo <= 1:
+            raise UsageError(f"--albedo: expected 0 to 1, found {albedo}")
         pairs["albedo"] = str(albedo)
     if not shadows:
         pairs["shadows"] = "false"

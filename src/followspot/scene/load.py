@@ -53,7 +53,7 @@ Step = Callable[[str], None]
 
 
 def load(
-    name: str,
+    name: str | Path,
     assets: Sequence[str | Path] = (),
     *,
     patch_tolerance: float = level.PATCH_TOLERANCE,
@@ -74,6 +74,7 @@ def load(
     Raises:
         AssetError: something is missing or unusable.
     """
+    name = str(name)
     path = _scene_path(name)
     roots: list[Path] = []
     if path is not None:
