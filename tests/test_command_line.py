@@ -119,6 +119,9 @@ def test_outputs_of_no_known_kind(fail: Fail, name: str) -> None:
         (("a\nb",), r"No such command 'a\\nb'"),
         (("figures", "courtyard", "-o", ""), "expected a folder's name, found ''"),
         (("validate", "courtyard", "-o", ""), "expected a folder's name, found ''"),
+        (("film", "[/x]", "-o", "x.mp4"), r"\[/x\]: expected"),
+        (("figures", "[/x]", "-o", "x"), r"\[/x\]: expected"),
+        (("bench", "[/x]"), r"\[/x\]: expected"),
         (("inspect", "a\nb\x1b[1m"), r"a\\nb\\x1b\[1m: expected"),
     ],
 )

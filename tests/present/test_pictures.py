@@ -10,7 +10,7 @@ import pytest
 from followspot.errors import UsageError
 from followspot.gpu.targets import Target
 from followspot.passes.view import View
-from followspot.present import pictures
+from followspot.present import pictures, tell
 from followspot.present.figures import contact_sheet
 from followspot.present.inspect import inspect
 from followspot.present.renderer import Renderer
@@ -58,3 +58,15 @@ def test_a_mesh_alone_has_no_brush_models(tmp_path: Path) -> None:
     corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     (tmp_path / "x.obj").write_text(corners)
     assert inspect(str(tmp_path / "x.obj"), ())["counts"]["brush models"] == 0
+
+
+def test_names_in_brackets_are_told_as_they_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What prints in colours must not take them for colours."""
+    path = tmp_path / "[b]" / "q.toml"
+    path.parent.mkdir()
+    path.write_text('level = "courtyard"\n[cameras."[/x]"]\nposition = [0, 0, 0]\n')
+    tell.inspect(str(path), (), as_json=False)
+    out = capsys.readouterr().out.replace("\n", "")
+    assert "[b]/q.toml" in out and "[/x]" in out

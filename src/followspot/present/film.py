@@ -10,6 +10,7 @@ from pathlib import Path
 from types import FrameType
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -105,7 +106,7 @@ def run(scene: str, output: str, wish: Wish, film_wish: FilmWish) -> int:
     """
     to = parse_output(output, film_wish)
     console = Console(stderr=True)
-    with console.status(f"opening {scene}"):
+    with console.status(f"opening {escape(scene)}"):
         opened, film = plan(scene, wish, film_wish, to)
     with Interrupt() as interrupt, _bar(console) as bar:
         task = bar.add_task(scene, total=film.frame_count)
@@ -130,7 +131,12 @@ class _SpeedColumn(ProgressColumn):
 
 
 def _bar(console: Console) -> Progress:
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _SpeedColumn()
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _SpeedColumn(),
+    )
     return Progress(*columns, TextColumn("left"), TimeRemainingColumn(), console=console)
 
 

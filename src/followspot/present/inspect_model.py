@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from followspot.assets import image
 from followspot.assets.animation import Animation
@@ -54,8 +55,8 @@ def tell(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     if as_json:
         print(msgspec.json.format(msgspec.json.encode(found)).decode())
         return
-    console = Console(highlight=False)
-    console.print(f"[bold]{found['name']}[/]  {found['file']}")
+    console = Console(highlight=False, markup=False)
+    console.print(Text.assemble((found["name"], "bold"), "  ", found["file"]))
     console.print(", ".join(f"{count} {what}" for what, count in found["counts"].items()))
     if "bounds" in found:
         console.print("bounds {mins} to {maxs} {unit}, over all frames".format(**found["bounds"]))
@@ -67,9 +68,9 @@ def tell(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
             console.print(_table(title, found[title]))
     for missing in found["missing"]:
         tried = ", ".join(missing["tried"])
-        console.print(f"missing: {missing['name']} (tried {tried})", style="red", markup=False)
+        console.print(f"missing: {missing['name']} (tried {tried})", style="red")
     for problem in found["problems"]:
-        console.print(f"passed over: {problem}", style="yellow", markup=False)
+        console.print(f"passed over: {problem}", style="yellow")
 
 
 def _md2(archive: Archive, entry: str, model: Md2Model) -> dict[str, Any]:
@@ -221,7 +222,7 @@ def _table(title: str, rows: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any) -> str | Text:
     if value is None:
-        return "[red]white[/]"
+        return Text("white", "red")
     return ", ".join(value) if isinstance(value, list) else f"{value}"

@@ -6,7 +6,9 @@ from typing import Any
 
 import msgspec
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from followspot.present import bench as bench_
 from followspot.present import figures as figures_
@@ -18,7 +20,7 @@ from followspot.present.stopwatch import Steps
 
 def figures(name: str, folder: Path, wish: Wish) -> None:
     """Run ``followspot figures`` and print each file with the time that it took."""
-    console, steps = Console(), Steps()
+    console, steps = Console(markup=False), Steps()
     table = Table("picture", "ms", title=f"{name}, {wish.size}")
     table.columns[1].justify = "right"
 
@@ -26,7 +28,7 @@ def figures(name: str, folder: Path, wish: Wish) -> None:
         steps(path.name)
         table.add_row(str(path), f"{steps.ms[path.name]:.0f}")
 
-    with console.status(f"drawing {name}"):
+    with console.status(f"drawing {escape(name)}"):
         figures_.make(name, folder, wish, steps, on_picture)
     console.print(table)
     files = {row.name for row in folder.iterdir()}
@@ -43,8 +45,8 @@ def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     if as_json:
         print(msgspec.json.format(msgspec.json.encode(found)).decode())
         return
-    console = Console()
-    console.print(f"[bold]{found['name']}[/]  {found['file']}", highlight=False)
+    console = Console(markup=False)
+    console.print(Text.assemble((found["name"], "bold"), "  ", found["file"]))
     mins, maxs = found["bounds"]["mins"], found["bounds"]["maxs"]
     console.print(f"bounds {mins} to {maxs} units; sky {found['sky']}", highlight=False)
     for title in ("counts", "entities"):
@@ -66,14 +68,16 @@ def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
 
 def bench(name: str, wish: Wish, frames: int, *, sweep: bool, as_json: bool) -> None:
     """Run ``followspot bench``."""
-    console = Console(stderr=as_json)
-    with console.status(f"measuring {name}") as status:
+    console = Console(stderr=as_json, markup=False)
+    with console.status(f"measuring {escape(name)}") as status:
         result = bench_.run(
             name,
             wish,
             frames,
             sweep,
-            lambda t: status.update(f"measuring {name}: {t.camera} {t.median_ms:.1f} ms"),
+            lambda t: status.update(
+                f"measuring {escape(f'{name}: {t.camera}')} {t.median_ms:.1f} ms"
+            ),
         )
     if as_json:
         print(msgspec.json.format(msgspec.json.encode(result)).decode())
@@ -133,7 +137,9 @@ def _materials(materials: Sequence[Mapping[str, Any]]) -> Table:
     for m in materials:
         kind = m["shade"] if m["blend"] else "cut out" if m["alpha_test"] else "solid"
         sides = "" if m["sides"] == "front" else f", {m['sides']} sides"
-        image = m["image"] or ("coloured" if m["tinted"] else "[red]white[/]")
-        name = m["name"] if image.startswith(m["name"] + ".") else f"{m['name']}\n  {image}"
+        image = m["image"] or ("coloured" if m["tinted"] else "white")
+        name = Text(m["name"])
+        if not image.startswith(m["name"] + "."):
+            name.append(f"\n  {image}", "red" if image == "white" else None)
         table.add_row(name, kind + sides, str(m["triangles"]))
     return table

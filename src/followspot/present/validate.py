@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from followspot.assets.image import linear_to_srgb
@@ -93,8 +94,8 @@ def run(name: str, folder: Path, wish: Wish) -> None:
     load_mitsuba()  # before anything else takes time
     size = arguments.parse_size(wish.size)
     scene, camera = open_scene(name, wish)
-    console = Console()
-    with console.status(f"tracing {name}"), Renderer(size) as renderer:
+    console = Console(markup=False)
+    with console.status(f"tracing {escape(name)}"), Renderer(size) as renderer:
         figures, made = measure(renderer, scene, camera)
     for file, picture in made.items():
         pictures.save(folder / file, picture)

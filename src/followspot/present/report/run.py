@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from followspot.errors import FollowspotError
@@ -64,7 +65,7 @@ def run(
     if film_wish is not None:
         film.check(size, film_wish)
     console = Console(stderr=True)
-    with console.status(f"opening {name}"):
+    with console.status(f"opening {escape(name)}"):
         scene, camera = open_scene(name, wish)
     if film_wish is not None:
         scene.path(film_wish.path)  # a mistake in its name is told before anything takes time
@@ -148,7 +149,7 @@ def _teller(bar: Progress, task: TaskID, step: Step, number: int) -> Callable[[f
 
 
 def _bar(console: Console) -> Progress:
-    columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}")
+    columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
     return Progress(*columns, console=console)
 
 
