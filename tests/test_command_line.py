@@ -1,6 +1,7 @@
 """The command line: mistakes give one line and exit code 2, and leave no file."""
 
 import gc
+import re
 import subprocess
 import sys
 import warnings
@@ -63,6 +64,9 @@ RENDER = ("render", "courtyard", "-o", "x.png")
         (("--camera", "1,2,3,4,100"), "-90 to 90"),
         (("--fov", "180"), "1 to 170"),
         (("--fov", "nan"), "1 to 170"),
+        (("--fov", "170.0001"), "found 170.0001"),
+        (("--camera", "1,2,3,4,90.0000001"), "found 90.0000001"),
+        (("--albedo", "-1"), "--albedo: expected 0 to 1, found -1"),
         (("--light", "sun:1,2,3:4"), "spot:"),
         (("--light", "point:1,2:4"), "point:x,y,z:power"),
         (("--light", "point:1,2,3:-4"), "0 or more"),
@@ -94,6 +98,60 @@ def test_options_that_make_no_sense(fail: Fail, options: tuple[str, ...], told: 
 @pytest.mark.parametrize("name", ["x", "x.gif", "", "."])
 def test_outputs_of_no_known_kind(fail: Fail, name: str) -> None:
     assert ".png" in fail("render", "courtyard", "-o", name)
+
+
+@pytest.mark.parametrize(
+    ("typed", "told"),
+    [
+        ((*RENDER, "--fov", "abc"), "'--fov'.*, found 'abc'$"),
+        ((*RENDER, "--fov=abc"), "'--fov'.*, found 'abc'$"),
+        ((*RENDER, "--time", ""), "'--time'.*, found ''$"),
+        ((*RENDER, "more"), r"unexpected extra argument.*\(more\)"),
+        ((*RENDER, "--view"), "'--view' requires an argument$"),
+        ((*RENDER, "--veiw", "final"), "No such option: --veiw"),
+        (("render", "courtyard"), "Missing option .*'--output'"),
+        (("render", "-o", "x.png"), "Missing argument 'SCENE_OR_LEVEL'"),
+        (
+            ("film", "courtyard", "-o", "x.mp4", "--samples", "257"),
+            "'--samples'.*256.*, found '257'$",
+        ),
+        (("rendr",), "No such command 'rendr'"),
+        (("a\nb",), r"No such command 'a\\nb'"),
+        (("figures", "courtyard", "-o", ""), "expected a folder's name, found ''"),
+        (("validate", "courtyard", "-o", ""), "expected a folder's name, found ''"),
+        (("film", "[/x]", "-o", "x.mp4"), r"\[/x\]: expected"),
+        (("figures", "[/x]", "-o", "x"), r"\[/x\]: expected"),
+        (("bench", "[/x]"), r"\[/x\]: expected"),
+        (("inspect", "a\nb\x1b[1m"), r"a\\nb\\x1b\[1m: expected"),
+    ],
+)
+def test_what_is_typed_wrongly_is_one_line(fail: Fail, typed: tuple[str, ...], told: str) -> None:
+    assert re.search(told, fail(*typed))
+
+
+def test_an_interrupt_is_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("followspot.present.still.render", interrupt)
+    monkeypatch.setattr(sys, "argv", ["followspot", *RENDER])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert caught.value.code == 130
+    assert capsys.readouterr() == ("", "followspot: interrupted\n")
+
+
+@pytest.mark.parametrize("typed", [(), ("--help",), ("render", "-h"), ("--version",)])
+def test_what_only_tells(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, typed: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["followspot", *typed])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert not caught.value.code
+    assert "followspot" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", ["no_such_level", "nowhere.toml", "nowhere.bsp", "x" * 300, ""])
@@ -169,7 +227,7 @@ def test_render_of_a_model_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
         monkeypatch.setattr(sys, "argv", ["followspot", *typed, "-o", str(picture)])
         with pytest.raises(SystemExit) as done:
             cli.main()
-        assert done.value.code == 0
+        assert not done.value.code
         with Image.open(picture) as image:
             shown.append(np.asarray(image))
     assert shown[0].std() > 10 and (shown[0] != shown[1]).any()

@@ -1,13 +1,16 @@
 """The command line: what is typed, taken apart and handed to ``present``."""
 
+import itertools
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
-from followspot.errors import FollowspotError, UsageError
+from followspot import __version__
+from followspot.errors import FollowspotError, UsageError, printable
 from followspot.options import (
     AlbedoOption,
     AnimationOption,
@@ -26,18 +29,49 @@ from followspot.options import (
     SetOption,
     SizeOption,
     TimeOption,
+    folder,
 )
 
 # NumPy's matrix products here are small: threads that spin for them cost more than they bring.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+
+class _Interrupted(Exception):  # noqa: N818 - no error
+    """Ctrl-C, which typer would swallow."""
+
+
+class _Commands(TyperGroup):
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was typed."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise _Interrupted from None
+
+
 app = typer.Typer(
+    cls=_Commands,
     help="Open a Quake 3 level, light it, and see every stage of how the picture is made.\n\n"
     "Try: followspot render courtyard -o courtyard.png",
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        print(f"followspot {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Tell it.", is_eager=True, callback=_tell_version),
+    ] = False,
+) -> None:
+    """Options of the program itself."""
 
 
 @app.command()
@@ -128,7 +162,9 @@ def render(
 @app.command()
 def figures(
     scene: SceneArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Gets the pngs.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", help="Gets the pngs.", parser=folder)
+    ],
     camera: CameraOption = None,
     fov: FovOption = None,
     size: SizeOption = "640x480",
@@ -221,7 +257,13 @@ def validate(
     scene: SceneArgument,
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", metavar="DIR", help="Gets the pictures and figures.json."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            help="Gets the pictures and figures.json.",
+            parser=folder,
+        ),
     ],
     camera: CameraOption = None,
     fov: FovOption = None,
@@ -403,14 +445,33 @@ def view(
     window.run(scene, wish)
 
 
-def main() -> None:
+def main() -> NoReturn:
     """Run the command line; what a user caused is one line on stderr and exit code 2."""
     try:
-        app()
+        sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False))
     except FollowspotError as error:
-        kind = "" if isinstance(error, UsageError) else "error: "
-        print(f"followspot: {kind}{error}", file=sys.stderr)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        print("followspot: interrupted", file=sys.stderr)
-        sys.exit(130)
+        _fail(str(error) if isinstance(error, UsageError) else f"error: {error}")
+    except (KeyboardInterrupt, _Interrupted):
+        _fail("interrupted", 130)
+    except Exception as error:
+        tell = getattr(error, "format_message", None)  # typer's own, whose class has no public name
+        if tell is None:
+            raise
+        _fail(printable(" ".join(tell().split()).rstrip(".") + _found(error)))
+
+
+def _found(error: Exception) -> str:
+    """What was typed for the option that typer complains of."""
+    found = ""
+    for option in getattr(getattr(error, "param", None), "opts", ()):
+        for typed, following in itertools.pairwise([*sys.argv, ""]):
+            if typed == option:
+                found = f", found {following!r}"
+            elif typed.startswith(f"{option}="):
+                found = f", found {typed.partition('=')[2]!r}"
+    return found
+
+
+def _fail(text: str, code: int = 2) -> NoReturn:
+    print(f"followspot: {text}", file=sys.stderr)
+    sys.exit(code)

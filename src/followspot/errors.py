@@ -8,9 +8,25 @@
 Anything else that escapes is a bug of ours and keeps its traceback.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class FollowspotError(Exception):
-    """Base of every error whose cause lies outside the program."""
+    """Base of every error whose cause lies outside the program.
+
+    Its text is one line: what does not print, in names that others gave, is escaped.
+    """
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
+
+
+def printable(text: str) -> str:
+    """Text with line ends, control characters and the like as Python would write them."""
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
+    )
 
 
 class AssetError(FollowspotError):
@@ -28,8 +44,26 @@ class AssetError(FollowspotError):
         self.place = place
         self.expected = expected
         self.found = found
-        where = f"{source}: {place}" if place else source
+        where = ": ".join(part for part in (source or "''", place) if part)
         super().__init__(f"{where}: expected {expected}, found {found}")
+
+
+@contextmanager
+def asked_by(source: str, key: str, **others: str) -> Iterator[None]:
+    """Tell of what is wrong with an asset, within, where it was asked for.
+
+    Args:
+        source: The file that asks for it.
+        key: By which it does.
+        others: Keys in its stead for an error's place: ``skin="characters[0].skin"``.
+    """
+    try:
+        yield
+    except AssetError as error:
+        its_key = others.get(error.place, key)
+        place = "" if its_key.endswith(f".{error.place}") else error.place
+        place = ": ".join(part for part in (its_key, error.source or "''", place) if part)
+        raise AssetError(source, place=place, expected=error.expected, found=error.found) from None
 
 
 class UsageError(FollowspotError):

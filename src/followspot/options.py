@@ -5,6 +5,14 @@ from typing import Annotated
 
 import typer
 
+
+def folder(text: str) -> Path:
+    """A folder's name, which an empty text is not."""
+    if not text:
+        raise typer.BadParameter("expected a folder's name, found ''")
+    return Path(text)
+
+
 SceneArgument = Annotated[
     str,
     typer.Argument(
@@ -83,7 +91,9 @@ MaxBytesOption = Annotated[
     int | None,
     typer.Option("--max-bytes", min=1, help="Largest film allowed; quality drops to fit."),
 ]
-JobsOption = Annotated[int, typer.Option("--jobs", min=1, help="Processes that draw the film.")]
+JobsOption = Annotated[
+    int, typer.Option("--jobs", min=1, help="Processes that draw the film, 64 at most.")
+]
 AnimationOption = Annotated[
     str | None,
     typer.Option(

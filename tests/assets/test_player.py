@@ -131,6 +131,14 @@ def test_players_that_are_not_there(tmp_path: Path) -> None:
         load(tmp_path / "empty")
 
 
+def test_skins_that_are_not_there(tmp_path: Path) -> None:
+    folder = write_player(tmp_path)
+    with pytest.raises(AssetError, match="bot/: skin: expected a skin: default, found nope"):
+        load(tmp_path, "bot/nope")
+    (folder / "head_nope.skin").write_text("")  # one part's will do
+    assert load(tmp_path, "bot/nope").skin == "nope"
+
+
 def test_list_players(tmp_path: Path) -> None:
     write_player(tmp_path)
     (write_player(tmp_path, "Headless") / "head.md3").unlink()

@@ -242,6 +242,17 @@ def test_a_failure_leaves_nothing(tmp_path: Path) -> None:
         assert list(tmp_path.iterdir()) == []
 
 
+def test_what_fails_while_drawing_is_not_told_of_the_file(tmp_path: Path) -> None:
+    def failing() -> Iterator[Pictures]:
+        yield from noise(2)
+        raise OSError("not the film's file")
+
+    to = Output(tmp_path / "film.mp4", is_folder=False)
+    with pytest.raises(OSError, match="not the film's file"):
+        film.write(to, failing(), film_of(), None, Interrupt())
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_no_frame_makes_no_film(tmp_path: Path) -> None:
     to = Output(tmp_path / "film.mp4", is_folder=False)
     assert film.write(to, iter([]), film_of(), None, Interrupt()).frames == 0
@@ -285,8 +296,15 @@ def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
         (FilmWish(samples=film.MAX_SAMPLES + 1), {}, "x.mp4", "--samples: expected 1 to 256"),
         (FilmWish(fps=float("nan")), {}, "x.mp4", "--fps"),
         (FilmWish(seconds=0), {}, "x.mp4", "--seconds"),
+        (FilmWish(seconds=1e-320), {}, "x.mp4", "--seconds: expected 0.001 to 36000 s"),
         (FilmWish(seconds=float("inf")), {}, "x.mp4", "--seconds"),
         (FilmWish(), {"view": "shadow-map"}, "x.mp4", "shadow-map"),
+        (FilmWish(), {"size": "16384x16384"}, "x.mp4", "16384x16384 is too large for a film"),
+        (FilmWish(supersample=9), {"size": "2000x2"}, "x.mp4", "--supersample: .*found 2000 x 9"),
+        (FilmWish(jobs=65), {}, "x.mp4", "--jobs: expected 1 to 64 processes, found 65"),
+        (FilmWish(), {"lights": ["point:0,0,9:5"] * 9}, "x.mp4", "at most 8 lights"),
+        (FilmWish(), {}, "x" * 300 + ".mp4", "xxx.mp4: cannot be written: File name too long"),
+        (FilmWish(), {}, "x" * 300 + "/", "xxx/: cannot be written: File name too long"),
     ],
 )
 def test_wishes_that_make_no_sense(
@@ -351,6 +369,25 @@ def wait_for(condition: Callable[[], bool], process: "subprocess.Popen[str]") ->
     while not condition():
         assert process.poll() is None, process.communicate()
         time.sleep(0.01)
+
+
+@pytest.mark.parametrize("size", [SIZE, (2, 2)])
+def test_what_a_worker_finds_wrong_is_told_here(
+    size: tuple[int, int], capfd: pytest.CaptureFixture[str]
+) -> None:
+    frames = workers.pictures("no_such_scene", Wish(), Film(PATH, size, Fraction(30), 9), 2, never)
+    with pytest.raises(FollowspotError, match=r"^no_such_scene: expected a bsp .*, found none"):
+        next(frames)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_processes_that_cannot_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(subprocess, "Popen", refuse)
+    with pytest.raises(FollowspotError, match=r"--jobs: no more .*: Too many open files"):
+        next(workers.pictures("courtyard", Wish(), film_of(), 2, never))
 
 
 @pytest.mark.gl

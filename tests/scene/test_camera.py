@@ -1,10 +1,15 @@
 """The camera in the game's terms."""
 
+import math
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from followspot.errors import UsageError
 from followspot.scene.camera import Camera
 from followspot.spaces import box_corners, vec3
 
@@ -14,6 +19,21 @@ numbers = st.floats(-5000, 5000)
 def test_forward_follows_the_games_angles() -> None:
     np.testing.assert_allclose(Camera(vec3((1, 2, 3)), yaw=90).forward, (0, 1, 0), atol=1e-12)
     assert Camera(vec3((0, 0, 0)), pitch=30).forward[2] == pytest.approx(-0.5)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        *(({"fov": fov}, "fov") for fov in (180, 0, -90, math.nan)),
+        *(({"near": near}, "near") for near in (0, -1, math.nan, math.inf)),
+        ({"yaw": math.nan}, "finite"),
+        ({"pitch": math.inf}, "finite"),
+        ({"position": vec3((0, math.nan, 0))}, "finite"),
+    ],
+)
+def test_cameras_that_make_no_sense(change: dict[str, Any], told: str) -> None:
+    with pytest.raises(UsageError, match=told):
+        replace(Camera(vec3((0, 0, 0))), **change)
 
 
 def test_fov_is_horizontal() -> None:

@@ -91,13 +91,47 @@ def test_one_animation_after_another(game: Path) -> None:
     [
         ('model = "player:bot"', "characters.0.*position. and .path"),
         ('model = "player:bot"\nposition = [0, 0]', r"characters\[0\].position"),
-        ('model = "player:bot"\nposition = [0, 0, 0]\ncolour = 1', "known keys only, found colour"),
-        ('model = "player:bot"\nposition = [0, 0, 0]\nanimation = "fly"', "both_death1.*found fly"),
-        ('model = "player:no"\nposition = [0, 0, 0]', "expected a folder with lower.md3"),
-        ('model = "crate"\nposition = [0, 0, 0]', "crate: expected player:NAME or a file .md2"),
-        ('model = "x.md3"\nposition = [0, 0, 0]', "x.md3: expected a file in"),
-        ('model = "player:bot"\npath = [[0, 0, 0]]', r"x.toml: characters\[0\].path: expected a w"),
-        ('model = "player:bot"\npath = []', r"characters\[0\].path: expected a way"),
+        (
+            'model = "player:bot"\nposition = [0, 0, 0]\ncolour = 1',
+            r"known keys only \(model, .*found colour",
+        ),
+        (
+            'model = "player:bot"\nposition = [0, 0, 0]\nanimation = "fly"',
+            "x.toml: characters.0..animation: pl.*both_death1.*found fly",
+        ),
+        (
+            'model = "player:no"\nposition = [0, 0, 0]',
+            r"characters\[0\].model: models.players.no/: expected a folder",
+        ),
+        (
+            'model = "player:bot/no"\nposition = [0, 0, 0]',
+            r"characters\[0\].model: models.*: skin: expected a skin: default, found no",
+        ),
+        (
+            'model = "player:bot"\nposition = [0, 0, 0]\nskin = "no"',
+            r"x.toml: characters\[0\].skin: models/players/bot/: expected a skin: default, f",
+        ),
+        (
+            'model = "models/things/crate.md3"\nposition = [0, 0, 0]\nskin = "no"',
+            r"x.toml: characters\[0\].skin: .*: expected a skin: none is there, found no",
+        ),
+        (
+            'model = "player:bot"\nposition = [0, 0, 0]\nthen = [{at = 2, animation = "fly"}]',
+            r"x.toml: characters\[0\].then: player:bot: animation: expected one of",
+        ),
+        (
+            'model = "crate"\nposition = [0, 0, 0]',
+            "x.toml: characters.0..model: crate: expected pl",
+        ),
+        (
+            'model = "x.md3"\nposition = [0, 0, 0]',
+            r"x.toml: characters\[0\].model: x.md3: expected a file in",
+        ),
+        (
+            'model = "player:bot"\npath = [[0, 0, 0]]',
+            "path: expected a path of 1 to 1e.06 units, found 0$",
+        ),
+        ('model = "player:bot"\npath = []', r"x.toml: characters\[0\].path: expected a path of 1"),
         ('model = "player:bot"\npath = [[0, 0, 0], [1, 1, 1]]\nspeed = 0', "speed"),
         (
             'model = "player:bot"\nposition = [0, 0, 0]\nthen = [{at = 2, animation = "run"}, '
@@ -106,7 +140,7 @@ def test_one_animation_after_another(game: Path) -> None:
         ),
         (
             'model = "models/things/bot.md2"\nposition = [0, 0, 0]\nskin = "no"',
-            "skin: expected a skin: models/things/bot.png, found no",
+            "skin: .*models/things/bot.md2: expected a skin: models/things/bot.png, found no",
         ),
     ],
 )

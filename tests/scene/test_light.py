@@ -1,12 +1,15 @@
 """Lights: the intensity that holds the power, integrated over the sphere."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from followspot.errors import UsageError
 from followspot.scene.light import PointLight, SpotLight
 from followspot.spaces import Vec3, vec3
 
@@ -40,5 +43,26 @@ def test_hard_cone_in_closed_form() -> None:
 def test_directions_are_made_unit_length() -> None:
     light = SpotLight(vec3((0, 0, 0)), vec3((0, 3, 4)), 0.5, vec3((1, 1, 1)))
     np.testing.assert_allclose(light.direction, (0, 0.6, 0.8))
-    with pytest.raises(ValueError, match="no direction"):
-        SpotLight(vec3((0, 0, 0)), vec3((0, 0, 0)), 0.5, vec3((1, 1, 1)))
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"direction": vec3((0, 0, 0))}, "a direction"),
+        ({"direction": vec3((0, 0, math.nan))}, "a direction"),
+        ({"position": vec3((0, math.nan, 0))}, "finite position"),
+        ({"power": vec3((0, -1, 0))}, "watts"),
+        ({"power": vec3((0, math.inf, 0))}, "watts"),
+        ({"half_angle": 0.0}, "half-angle"),
+        ({"half_angle": math.pi / 2}, "half-angle"),
+        ({"half_angle": math.nan}, "half-angle"),
+        ({"softness": 1.5}, "softness"),
+    ],
+)
+def test_lights_that_make_no_sense(change: dict[str, Any], told: str) -> None:
+    good = SpotLight(vec3((0, 0, 0)), vec3((0, 0, 1)), 0.5, vec3((1, 1, 1)))
+    with pytest.raises(UsageError, match=told):
+        replace(good, **change)
+    if change.keys() <= {"position", "power"}:
+        with pytest.raises(UsageError, match=told):
+            replace(PointLight(good.position, good.power), **change)

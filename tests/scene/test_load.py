@@ -175,15 +175,18 @@ def test_a_scene_files_cameras_win_over_spawn_points(opened: Open) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ('level = "no_such_level"', "no_such_level"),
+        ('level = "no_such_level"', r"mine.toml: level: no_such_level: expected .*found none"),
+        ('level = "bad.bsp"', r"mine.toml: level: .*bad.bsp: .*expected .*, found"),
         ('level = "../../etc/passwd"', "passwd"),
         (f'level = "{"x" * 5000}"', "xxx"),
         ('level = "a\\u0000b"', "level"),
-        ('level = ""', "level"),
-        ('level = "courtyard"\nsky = "env/nowhere"', "env/nowhere"),
+        ('level = ""', "mine.toml: level: '': expected a bsp"),
+        ('level = "courtyard"\nsky = "env/nowhere"', "mine.toml: sky: env/nowhere_rt: expected a"),
+        ('level = "courtyard"\n[[characters]]\nmodel = ""\nposition = [0, 0, 0]', "model: '': exp"),
     ],
 )
 def test_what_a_scene_names_and_is_not_there(tmp_path: Path, text: str, told: str) -> None:
+    (tmp_path / "bad.bsp").write_bytes(b"IBSP")
     with pytest.raises(AssetError, match=told) as caught:
         load(write(tmp_path / "mine.toml", text))
     assert "\n" not in str(caught.value)
@@ -192,6 +195,14 @@ def test_what_a_scene_names_and_is_not_there(tmp_path: Path, text: str, told: st
 @pytest.mark.parametrize("name", ["", "no_such_level", "nowhere.toml", "x" * 5000, "a\0b", "/"])
 def test_names_of_nothing(name: str) -> None:
     with pytest.raises(AssetError):
+        load(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"), [("robbots", "robots"), ("castel", "castle"), ("Castle", "castle")]
+)
+def test_built_in_scenes_are_proposed(name: str, told: str) -> None:
+    with pytest.raises(AssetError, match=f"{name}: expected .*close names are {told}"):
         load(name)
 
 

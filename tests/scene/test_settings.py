@@ -3,6 +3,7 @@
 import math
 
 import msgspec
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -56,6 +57,12 @@ def test_later_settings_keep_earlier_ones() -> None:
         ("shadow_slope_bias", "nan", "nan"),
         ("emission", "inf", "inf"),
         ("environment_mip", "inf", "inf"),
+        ("exposure", "1e300", "<= 1000000.0"),
+        ("emission", "1e300", "<= 1000000.0"),
+        ("environment_mip", "1e300", "<= 1000000.0"),
+        ("shadow_bias", "-1e300", ">= -1000000.0"),
+        ("shadow_normal_offset", "1e300", "<= 1000000.0"),
+        ("shadow_slope_bias", "1e300", "<= 1000000.0"),
         ("shadow_map_size", "12", ">= 16"),
         ("shadow_map_size", "99999999999999999999", "99999999999999999999"),
         ("shadow_cull", "left", "front"),
@@ -69,6 +76,31 @@ def test_wrong_values_are_told(name: str, text: str, told: str) -> None:
         with_changes(Settings(), {name: text})
     assert name in str(caught.value) and told in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("exposure", -1.0),
+        ("exposure", math.nan),
+        ("exposure", np.float32(0)),
+        ("shadow_map_size", 4),
+        ("shadow_map_size", 64.5),
+        ("shadow_cull", "left"),
+        ("culling", None),
+    ],
+)
+def test_settings_of_a_program_are_checked_too(name: str, value: object) -> None:
+    with pytest.raises(UsageError, match=f"setting {name}: Expected "):
+        Settings(**{name: value})  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match=f"setting {name}: Expected "):
+        msgspec.structs.replace(Settings(), **{name: value})
+
+
+def test_settings_of_a_program_are_made_what_they_mean() -> None:
+    made = Settings(exposure=np.float32(0.5), shadow_cull="back")  # type: ignore[arg-type]
+    assert made == Settings(exposure=0.5, shadow_cull=CullFace.BACK)
+    assert type(made.exposure) is float
 
 
 @given(st.sampled_from([f.name for f in msgspec.structs.fields(Settings)]), st.text(max_size=12))

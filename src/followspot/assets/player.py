@@ -70,8 +70,8 @@ def load_player(archive: Archive, name: str) -> Player:
             player without a default one wears the first that all three parts have.
 
     Raises:
-        AssetError: There is no such player (the message proposes close names), or none of its
-            parts can be read. All else that is wrong is in `Player.problems`.
+        AssetError: There is no such player (the message proposes close names) or skin, or none of
+            its parts can be read. All else that is wrong is in `Player.problems`.
     """
     name, _, asked = normalise(name).partition("/")
     folder = f"{FOLDER}{name}/"
@@ -82,6 +82,9 @@ def load_player(archive: Archive, name: str) -> Player:
         expected = "a folder with lower.md3, upper.md3 and head.md3"
         found = f"none; there are {close}" if close else "none"
         raise AssetError(folder, expected=expected, found=found)
+    if asked and not any(archive.exists(f"{folder}{part}_{asked}.skin") for part in PARTS):
+        expected = "a skin: " + (", ".join(_skins(archive, folder)) or "none is there")
+        raise AssetError(folder, place="skin", expected=expected, found=asked)
 
     problems: list[AssetError] = []
 
@@ -117,6 +120,18 @@ def load_player(archive: Archive, name: str) -> Player:
         config, excess = _fitted(config, parts, archive.source(entry))
         problems += excess
     return Player(name, skin, parts, config, tuple(problems))
+
+
+def _skins(archive: Archive, folder: str) -> list[str]:
+    """Names of the skins that any part of a player has."""
+    starts = [f"{folder}{part}_" for part in PARTS]
+    return sorted(
+        {
+            name.removeprefix(start).removesuffix(".skin")
+            for start in starts
+            for name in archive.names(start, ".skin")
+        }
+    )
 
 
 def _first_skin(archive: Archive, folder: str) -> str:

@@ -12,6 +12,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.errors import UsageError
 from followspot.gpu import gl
 
 Part = tuple[int, int, int, int]
@@ -25,6 +26,9 @@ class Target:
         size: (width, height) in pixels.
         is_linear: Whether it holds float32 values instead of displayed ones.
         framebuffer: To draw into.
+
+    Raises:
+        UsageError: GL can make no picture of that size.
     """
 
     def __init__(
@@ -37,8 +41,14 @@ class Target:
         else:
             self._picture = context.texture(size, 4, internal_format=gl.SRGB8_ALPHA8)
         self._depth = context.depth_renderbuffer(size)
-        self.framebuffer = context.framebuffer([self._picture], self._depth)
-        self._picture_alone = context.framebuffer([self._picture])
+        try:
+            self.framebuffer = context.framebuffer([self._picture], self._depth)
+            self._picture_alone = context.framebuffer([self._picture])
+        except moderngl.Error:
+            self._picture.release()
+            self._depth.release()
+            text = f"a size of {size[0]}x{size[1]} cannot be drawn here: it is too large for OpenGL"
+            raise UsageError(text) from None
 
     def box(self, part: Part) -> Part:
         """A part with y counted as GL does, from the bottom row."""

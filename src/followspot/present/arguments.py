@@ -15,6 +15,8 @@ from followspot.scene.settings import Settings, with_changes
 SPOT_FORM = "spot:x,y,z:dx,dy,dz:half_angle_radians:power"
 POINT_FORM = "point:x,y,z:power"
 CAMERA_FORM = "x,y,z,yaw,pitch"
+LARGEST_EDGE = 16384
+"""Pixels along an edge of a picture."""
 LARGEST = 1e15
 """Largest number that is taken: float32 arithmetic on it stays finite."""
 
@@ -25,8 +27,8 @@ def parse_size(text: str) -> tuple[int, int]:
     if not (width.isascii() and height.isascii() and width.isdigit() and height.isdigit()):
         raise UsageError(f"--size: expected WIDTHxHEIGHT as in 640x480, found {text!r}")
     size = int(width), int(height)
-    if not all(1 <= edge <= 16384 for edge in size):
-        raise UsageError(f"--size: expected edges of 1 to 16384 pixels, found {text!r}")
+    if not all(1 <= edge <= LARGEST_EDGE for edge in size):
+        raise UsageError(f"--size: expected edges of 1 to {LARGEST_EDGE} pixels, found {text!r}")
     return size
 
 
@@ -38,14 +40,14 @@ def parse_camera(
     if fov is None:
         return camera
     if not 1 <= fov <= 170:
-        raise UsageError(f"--fov: expected 1 to 170 degrees, found {fov:g}")
+        raise UsageError(f"--fov: expected 1 to 170 degrees, found {fov}")
     return Camera(camera.position, camera.yaw, camera.pitch, fov, camera.near, camera.name)
 
 
 def _typed_camera(text: str, option: str) -> Camera:
     numbers = _numbers(text, option, CAMERA_FORM, 5)
     if abs(numbers[4]) > 90:
-        raise UsageError(f"{option}: expected a pitch of -90 to 90 degrees, found {numbers[4]:g}")
+        raise UsageError(f"{option}: expected a pitch of -90 to 90 degrees, found {numbers[4]}")
     return Camera(spaces.vec3(numbers[:3]), numbers[3], numbers[4])
 
 
@@ -107,6 +109,8 @@ def parse_settings(
             raise UsageError(f"--set: expected KEY=VALUE, found {change!r}")
         pairs[name.strip()] = value.strip()
     if albedo is not None:
+        if not 0 <= albedo <= 1:
+            raise UsageError(f"--albedo: expected 0 to 1, found {albedo}")
         pairs["albedo"] = str(albedo)
     if not shadows:
         pairs["shadows"] = "false"

@@ -103,12 +103,14 @@ def contact_sheet(
     """Pictures in rows with a caption under each.
 
     Args:
-        drawn: (h, w, 3) uint8 each; the first one's aspect is that of every cell.
+        drawn: (h, w, 3) uint8 each; the first one's aspect is that of every cell, within 1 pixel
+            and twice the width.
         captions: One a picture.
         columns: Cells in a row.
         width: Pixels of a cell.
     """
     height = round(width * drawn[0].shape[0] / drawn[0].shape[1])
+    height = min(max(height, 1), 2 * width)
     gap, strip = 12, 30
     rows = -(-len(drawn) // columns)
     paper = Image.new(

@@ -22,6 +22,7 @@ from rich.progress import (
 from rich.text import Text
 
 from followspot.errors import UsageError
+from followspot.passes import lighting
 from followspot.passes.view import View
 from followspot.present import arguments, video, workers
 from followspot.present.console import open_console, working
@@ -36,6 +37,8 @@ from followspot.scene.scene import Scene
 MAX_FRAMES = 1_000_000
 MAX_SAMPLES = 256
 """Moments that can be averaged for a frame."""
+MAX_JOBS = 64
+LEAST_SECONDS = 0.001
 
 
 @dataclass(frozen=True)
@@ -165,19 +168,48 @@ def parse_output(text: str, wish: FilmWish) -> Output:
     ):
         known = ", ".join(video.CODECS)
         raise UsageError(f"{text}: expected a name that ends in {known}, or in / for a folder")
-    if not is_folder and path.is_dir():
-        raise UsageError(f"{text}: expected the name of a file, found a folder")
     if is_folder and not path.name:
         raise UsageError(f"{text}: expected the name of a folder that can be made anew")
     if is_folder and wish.max_bytes is not None:
         raise UsageError("--max-bytes: only a film's file can be held to it, not a folder")
-    if is_folder and path.exists() and (not path.is_dir() or _holds_others(path)):
+    try:
+        is_taken = path.is_dir() if not is_folder else path.exists() and _holds_others(path)
+    except OSError as error:
+        raise UsageError(f"{text}: cannot be written: {error.strerror}") from None
+    if is_taken and is_folder:
         raise UsageError(f"{text}: expected a folder of a film's frames, or nothing yet")
+    if is_taken:
+        raise UsageError(f"{text}: expected the name of a file, found a folder")
     return Output(path, is_folder)
 
 
 def _holds_others(folder: Path) -> bool:
-    return any(not (f.name.startswith("frame-") and f.suffix == ".png") for f in folder.iterdir())
+    return not folder.is_dir() or any(
+        not (f.name.startswith("frame-") and f.suffix == ".png") for f in folder.iterdir()
+    )
+
+
+def check(size: tuple[int, int], wish: FilmWish, *, is_folder: bool = False) -> None:
+    """See that a film can be what is wished for, whatever the scene.
+
+    Raises:
+        UsageError: it cannot.
+    """
+    if not 1 <= wish.fps <= 240:
+        raise UsageError(f"--fps: expected 1 to 240 frames a second, found {wish.fps}")
+    if wish.seconds is not None and not LEAST_SECONDS <= wish.seconds <= 36000:
+        raise UsageError(f"--seconds: expected {LEAST_SECONDS} to 36000 s, found {wish.seconds}")
+    if not 1 <= wish.samples <= MAX_SAMPLES:
+        raise UsageError(f"--samples: expected 1 to {MAX_SAMPLES} moments, found {wish.samples}")
+    if not 1 <= wish.jobs <= MAX_JOBS:
+        raise UsageError(f"--jobs: expected 1 to {MAX_JOBS} processes, found {wish.jobs}")
+    if max(size) * wish.supersample > arguments.LARGEST_EDGE:
+        raise UsageError(
+            f"--supersample: expected at most {arguments.LARGEST_EDGE} pixels drawn along an edge, "
+            f"found {max(size)} x {wish.supersample}"
+        )
+    if not is_folder and not video.can_hold(size):
+        raise UsageError(f"--size: {size[0]}x{size[1]} is too large for a film; a folder holds it")
 
 
 def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[Scene, Film]:
@@ -195,15 +227,11 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
             f"--size: expected even numbers, since the film has a colour for every 2x2 pixels, "
             f"found {wish.size}; {even[0]}x{even[1]} would do"
         )
-    if not 1 <= film_wish.fps <= 240:
-        raise UsageError(f"--fps: expected 1 to 240 frames a second, found {film_wish.fps:g}")
-    if not 1 <= film_wish.samples <= MAX_SAMPLES:
-        raise UsageError(
-            f"--samples: expected 1 to {MAX_SAMPLES} moments, found {film_wish.samples}"
-        )
+    check(size, film_wish, is_folder=to.is_folder)
     scene, _ = open_scene(scene_name, wish)
     path = _path(scene, film_wish)
     scene = lit_along(scene, path)
+    lighting.in_order(scene.lights)  # too many are told before anything starts
     fps = Fraction(film_wish.fps).limit_denominator(1001)
     count = max(1, round(path.seconds * fps))
     if count > MAX_FRAMES:
@@ -217,8 +245,6 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
 
 def _path(scene: Scene, wish: FilmWish) -> CameraPath:
     """The path that was asked for, as long as was asked for."""
-    if wish.seconds is not None and not 0 < wish.seconds <= 36000:
-        raise UsageError(f"--seconds: expected more than 0, to 36000, found {wish.seconds:g}")
     path = scene.path(wish.path)
     if isinstance(path, AutoPath):
         return auto_path.find(scene, wish.seconds or path.seconds)
@@ -255,6 +281,15 @@ def write(
     Raises:
         UsageError: it cannot be written there, or not so small.
     """
+    not_ours: list[OSError] = []
+
+    def drawn() -> Iterator[Picture]:
+        try:
+            yield from pictures
+        except OSError as error:
+            not_ours.append(error)
+            raise
+
     try:
         to.path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(
@@ -262,16 +297,18 @@ def write(
         ) as workshop:
             part = Path(workshop) / to.path.name
             if to.is_folder:
-                written = video.write_folder(part, pictures)
+                written = video.write_folder(part, drawn())
             else:
                 shape = Shape(film.size, film.fps)
                 written = video.write_video(
-                    part, pictures, shape, max_bytes, lambda: interrupt.count > 1, on_attempt
+                    part, drawn(), shape, max_bytes, lambda: interrupt.count > 1, on_attempt
                 )
             if written.frames:
                 if to.is_folder and to.path.exists():
                     to.path.rename(Path(workshop) / "before")
                 part.replace(to.path)
     except OSError as error:
+        if error in not_ours:
+            raise
         raise UsageError(f"{to.path}: cannot be written: {error.strerror or error}") from None
     return written

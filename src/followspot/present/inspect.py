@@ -61,7 +61,7 @@ def _counts(bsp: BspFile, scene: Scene) -> dict[str, int]:
         "materials": len(scene.materials),
         "images": len(scene.images),
         "entities": len(bsp.entities),
-        "brush models": len(bsp.models) - 1,
+        "brush models": max(len(bsp.models) - 1, 0),
         "brushes": len(bsp.brushes),
         "leafs": len(bsp.leafs),
         "clusters": bsp.cluster_count,

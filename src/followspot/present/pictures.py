@@ -88,4 +88,8 @@ def _save_exr(path: Path, picture: NDArray[Any], channel: str) -> None:
     pixels = np.ascontiguousarray(picture, np.float32)
     channels = {"RGB" if pixels.ndim == 3 else channel: pixels}
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    OpenEXR.File(header, channels).write(str(path))
+    file = OpenEXR.File(header, channels)
+    try:
+        file.write(str(path))
+    except RuntimeError as error:  # all that it says of a full disk
+        raise OSError(str(error)) from None

@@ -57,6 +57,7 @@ class Renderer:
             self._release_context()
             raise
         self.size = size
+        self._is_closed = False
         self._targets: dict[bool, Target] = {}
         self._gpu_scene: GpuScene | None = None
         self._pipeline: FramePipeline | None = None
@@ -117,7 +118,7 @@ class Renderer:
         Args:
             scene: What to draw; opened if it is not the one drawn last.
             camera: A camera, the name of one of the scene's, or none for where the scene starts.
-            views: Stages, as `View` or by its value: ``"normals"``.
+            views: Stages, as `View` or by its value: ``"normals"``; one alone will do.
             settings: In place of the scene's own.
             time: Seconds since the start, by which characters move.
             linear: Whether values come as they are instead of as displayed.
@@ -135,7 +136,7 @@ class Renderer:
         """
         camera = scene.camera(camera) if not isinstance(camera, Camera) else camera
         settings = scene.settings if settings is None else settings
-        wanted = [named(View, view) for view in views]
+        wanted = [named(View, view) for view in ([views] if isinstance(views, str) else views)]
         shown = frozenset(named(Overlay, overlay) for overlay in overlays)
         if isinstance(culled_from, str):
             culled_from = scene.camera(culled_from)
@@ -276,7 +277,10 @@ class Renderer:
         return bool(lighting.shadowed(lighting.in_order(scene.lights), settings))
 
     def close(self) -> None:
-        """Give back everything on the GPU."""
+        """Give back everything on the GPU; a second time, nothing."""
+        if self._is_closed:
+            return
+        self._is_closed = True
         self._drop_scene()
         self._drop_targets()
         self._release_context()

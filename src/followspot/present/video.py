@@ -95,6 +95,11 @@ class Written:
     wanted_bytes: int
 
 
+def can_hold(size: tuple[int, int]) -> bool:
+    """Whether FFmpeg's libraries take frames of that size (their ``av_image_check_size2``)."""
+    return (size[0] + 128) * (size[1] + 128) < 2**31 / 8
+
+
 class _Encoder:
     """One file being made from frames in yuv420p."""
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.errors import UsageError
 from followspot.spaces import Mat4, Vec3
 
 
@@ -19,8 +20,11 @@ class Camera:
         position: (3,) eye in world space, Quake units; any three numbers are taken.
         yaw: Degrees, counter-clockwise from +X, as the game's ``viewpos`` prints it.
         pitch: Degrees, positive looks down.
-        fov: Horizontal angle of view in degrees.
+        fov: Horizontal angle of view in degrees, between 0 and 180.
         near: Distance of the near plane in units (the game's 4 clips no wall at arm's length).
+
+    Raises:
+        UsageError: nothing can be seen so, or a number is none.
     """
 
     position: Vec3
@@ -32,6 +36,14 @@ class Camera:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", spaces.vec3(self.position))
+        if not (0 < self.fov < 180 and 0 < self.near < math.inf):
+            raise UsageError(
+                "a camera: expected a fov between 0 and 180 degrees and a near plane in front of "
+                f"it, found {self.fov} and {self.near}"
+            )
+        numbers = (*self.position.tolist(), self.yaw, self.pitch)
+        if not all(map(math.isfinite, numbers)):
+            raise UsageError(f"a camera: expected finite numbers, found {numbers}")
 
     @property
     def forward(self) -> Vec3:

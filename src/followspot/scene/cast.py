@@ -7,7 +7,7 @@ import numpy as np
 
 from followspot.assets.archive import Archive
 from followspot.assets.player import list_players
-from followspot.errors import AssetError, UsageError
+from followspot.errors import AssetError, UsageError, asked_by
 from followspot.scene import walk
 from followspot.scene.camera import Camera
 from followspot.scene.cast_file import CharacterEntry
@@ -43,16 +43,21 @@ def characters(
     found = []
     for number, entry in enumerate(entries):
         try:
-            found.append(_character(entry, files, ground))
+            found.append(_character(entry, files, ground, source, f"characters[{number}]"))
         except UsageError as error:
+            expected, _, got = str(error).removeprefix("expected ").partition(", found ")
             place = f"characters[{number}].path"
-            raise AssetError(source, place=place, expected="a way", found=str(error)) from None
+            raise AssetError(source, place=place, expected=expected, found=got) from None
     return found
 
 
-def _character(entry: CharacterEntry, files: FigureFiles, ground: Ground) -> Character:
-    figure = files.open(entry.model, entry.skin)
-    first = figure.tracks(entry.animation)
+def _character(
+    entry: CharacterEntry, files: FigureFiles, ground: Ground, source: str, key: str
+) -> Character:
+    with asked_by(source, f"{key}.model", skin=f"{key}.{'skin' if entry.skin else 'model'}"):
+        figure = files.open(entry.model, entry.skin)
+    with asked_by(source, f"{key}.animation"):
+        first = figure.tracks(entry.animation)
     plays = [(first, 0.0)]
     if entry.path is None:
         assert entry.position is not None, entry
@@ -65,7 +70,8 @@ def _character(entry: CharacterEntry, files: FigureFiles, ground: Ground) -> Cha
         way = walk.along(entry.path, speed, is_closed=entry.closed)
         if not entry.closed:
             plays.append((figure.tracks(), way.length / speed))
-    plays += [(figure.tracks(then.animation), then.at) for then in entry.then]
+    with asked_by(source, f"{key}.then"):
+        plays += [(figure.tracks(then.animation), then.at) for then in entry.then]
     plays[1:] = sorted(plays[1:], key=lambda play: play[1])
     if entry.on_ground:
         way = on_ground(way, ground, figure, first)

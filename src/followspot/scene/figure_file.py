@@ -138,6 +138,12 @@ class FigureFiles:
         file = f"{stem}_{skin or DEFAULT_SKIN}.skin"
         if skin is None and not self._archive.exists(file):
             return own
+        if not self._archive.exists(file):
+            names = (f.removeprefix(f"{stem}_") for f in self._archive.names(f"{stem}_", ".skin"))
+            there_are = ", ".join(name.removesuffix(".skin") for name in names) or "none is there"
+            raise AssetError(
+                model.source, place="skin", expected=f"a skin: {there_are}", found=skin or "none"
+            )
         worn = parse_skin(self._archive.read(file).decode("latin-1"), self._archive.source(file))
         return [
             worn.get(surface.name, name) for surface, name in zip(model.surfaces, own, strict=True)

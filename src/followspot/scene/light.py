@@ -10,7 +10,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from followspot import spaces
+from followspot.errors import UsageError
 from followspot.spaces import Vec3
 
 
@@ -23,6 +26,9 @@ class PointLight:
         power: (3,) radiant power per RGB channel in W, over the whole sphere.
 
     Both vectors may be given as any sequence of three numbers.
+
+    Raises:
+        UsageError: a number is none, or no power.
     """
 
     position: Vec3
@@ -32,6 +38,7 @@ class PointLight:
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", spaces.vec3(self.position))
         object.__setattr__(self, "power", spaces.vec3(self.power))
+        _check(self.position, self.power)
 
     @property
     def intensity(self) -> Vec3:
@@ -54,6 +61,9 @@ class SpotLight:
 
     The vectors may be given as any sequences of three numbers; the direction, which must not be
     zero, is normalised.
+
+    Raises:
+        UsageError: a number is none or outside of what it can be.
     """
 
     position: Vec3
@@ -66,8 +76,17 @@ class SpotLight:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", spaces.vec3(self.position))
-        object.__setattr__(self, "direction", spaces.normalised(spaces.vec3(self.direction)))
         object.__setattr__(self, "power", spaces.vec3(self.power))
+        _check(self.position, self.power)
+        direction = spaces.vec3(self.direction)
+        if not 0 < np.linalg.norm(direction) < math.inf:
+            raise UsageError(f"a light: expected a direction, found {direction.tolist()}")
+        object.__setattr__(self, "direction", spaces.normalised(direction))
+        if not 0 < self.half_angle < math.pi / 2:
+            expected = "a half-angle between 0 and pi/2 radians"
+            raise UsageError(f"a light: expected {expected}, found {self.half_angle}")
+        if not 0 <= self.softness <= 1:
+            raise UsageError(f"a light: expected a softness of 0 to 1, found {self.softness}")
 
     @property
     def cos_rim(self) -> float:
@@ -87,6 +106,13 @@ class SpotLight:
         angle is 2 pi (1 - (cos_full + cos_rim) / 2).
         """
         return self.power / (2 * math.pi * (1 - (self.cos_full + self.cos_rim) / 2))
+
+
+def _check(position: Vec3, power: Vec3) -> None:
+    if not np.isfinite(position).all():
+        raise UsageError(f"a light: expected a finite position, found {position.tolist()}")
+    if not (np.isfinite(power) & (power >= 0)).all():
+        raise UsageError(f"a light: expected watts of 0 or more, found {power.tolist()}")
 
 
 Light = PointLight | SpotLight

@@ -1,6 +1,8 @@
 """From a name to a `Scene`: scene file, level, scripts, images' places, sky, lights."""
 
+import difflib
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from os.path import isfile
 from pathlib import Path
@@ -16,7 +18,7 @@ from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.assets.model_file import root_of
 from followspot.assets.shader_parser import load_scripts
 from followspot.assets.surface_flags import Surface
-from followspot.errors import AssetError
+from followspot.errors import AssetError, asked_by
 from followspot.scene import (
     cast,
     figure_file,
@@ -51,7 +53,7 @@ Step = Callable[[str], None]
 
 
 def load(
-    name: str,
+    name: str | Path,
     assets: Sequence[str | Path] = (),
     *,
     patch_tolerance: float = level.PATCH_TOLERANCE,
@@ -72,6 +74,7 @@ def load(
     Raises:
         AssetError: something is missing or unusable.
     """
+    name = str(name)
     path = _scene_path(name)
     roots: list[Path] = []
     if path is not None:
@@ -84,7 +87,7 @@ def load(
         file, wanted = SceneFile(level=name), name
     if with_items:
         file = msgspec.structs.replace(file, items=Items.ENTITIES)
-    archive, entry = locate_level(wanted, [*roots, *search_roots(assets)])
+    archive, entry = _located(name, wanted, [*roots, *search_roots(assets)], path is not None)
     try:
         on_step("search")
         return _assemble(name, file, archive, entry, patch_tolerance, on_step)
@@ -135,8 +138,10 @@ def _staged_prop(
 ) -> Scene:
     if animation is not None:
         raise AssetError(name, place="animation", expected="none", found=animation)
+    prop_files = PropFiles(archive, files)
+    prop_files.open(entry)  # here its errors tell of the file alone
     wanted = PropEntry(file=entry, origin=(0.0, 0.0, 0.0))
-    (prop,) = props.props([wanted], PropFiles(archive, files), METRES_PER_UNIT, name)
+    (prop,) = props.props([wanted], prop_files, METRES_PER_UNIT, name)
     return stage.stage_prop(name, archive, prop, files)
 
 
@@ -156,6 +161,29 @@ def _scene_path(name: str) -> Path | None:
     return BUILTIN / f"{name}.toml" if name in builtin_scenes() else None
 
 
+def _located(
+    name: str, wanted: str, roots: Sequence[Path], is_scene_file: bool
+) -> tuple[Archive, str]:
+    """A level; an error tells of the scene file that wants it, or of built-in scenes like it."""
+    try:
+        return locate_level(wanted, roots)
+    except AssetError as error:
+        if not wanted.startswith(error.source):
+            raise  # of a folder or pak among the roots
+        if is_scene_file:
+            with asked_by(name, "level"):
+                raise
+        levels = error.found.removeprefix("none; close names are ").split(", ")
+        scenes = difflib.get_close_matches(wanted.lower(), builtin_scenes())
+        close = [name for name in dict.fromkeys([*scenes, *levels]) if name != "none"]
+        if not scenes or not error.found.startswith("none"):
+            raise
+        found = f"none; close names are {', '.join(close)}"
+        raise AssetError(
+            error.source, place=error.place, expected=error.expected, found=found
+        ) from None
+
+
 def _with_props_beside(file: SceneFile, folder: Path) -> tuple[SceneFile, list[Path]]:
     """The scene file with the props that lie beside it named as in an archive, and its roots."""
     entries, roots = [], []
@@ -171,7 +199,8 @@ def _with_props_beside(file: SceneFile, folder: Path) -> tuple[SceneFile, list[P
 def _assemble(
     name: str, file: SceneFile, archive: Archive, entry: str, tolerance: float, on_step: Step
 ) -> Scene:
-    bsp = read_bsp(archive.read(entry), archive.source(entry))
+    with nullcontext() if name == file.level else asked_by(name, "level"):
+        bsp = read_bsp(archive.read(entry), archive.source(entry))
     on_step("read level")
     scripts = load_scripts(archive)
     on_step("find scripts")
@@ -188,7 +217,9 @@ def _assemble(
     on_step("build geometry")
     skies = [s for n in _sky_shaders(bsp) if (s := scripts.find(n)) is not None]
     far_boxes = [s.sky_box.far for s in skies if s.sky_box and s.sky_box.far]
-    cube, trouble = _find_sky(archive, [file.sky] if file.sky else far_boxes, file.sky is not None)
+    with asked_by(name, "sky"):
+        bases = far_boxes if file.sky is None else [file.sky]
+        cube, trouble = _find_sky(archive, bases, file.sky is not None)
     on_step("read sky")
     own = {camera: entry.camera(camera) for camera, entry in file.cameras.items()}
     spawns = spawn_cameras(bsp)

@@ -14,7 +14,7 @@ from followspot.assets.mesh_file import MESH_SUFFIXES, read_mesh
 from followspot.assets.mesh_record import Look, MeshSurface
 from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
-from followspot.errors import AssetError
+from followspot.errors import AssetError, asked_by
 from followspot.scene.figure import Figure
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
@@ -201,7 +201,9 @@ def props(
     """
     found = []
     for number, entry in enumerate(entries):
-        placed = moved(files.open(entry.file), _matrix(entry, metres_per_unit))
+        with asked_by(source, f"props[{number}].file"):
+            read = files.open(entry.file)
+        placed = moved(read, _matrix(entry, metres_per_unit))
         mins, maxs = placed.bounds
         if entry.ground and ground is not None:
             x, y, z = entry.origin

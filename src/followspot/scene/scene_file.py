@@ -48,7 +48,7 @@ from msgspec import Meta, Struct
 from followspot import spaces
 from followspot.errors import AssetError
 from followspot.scene.camera import Camera
-from followspot.scene.cast_file import Actors, CharacterEntry, Items
+from followspot.scene.cast_file import Actors, CharacterEntry, Items, ThenEntry
 from followspot.scene.light import Light, PointLight, SpotLight
 from followspot.scene.path import AutoPath, CameraPath, Key
 from followspot.scene.prop_file import PropEntry, Up
@@ -60,8 +60,8 @@ FARTHEST = 1e7
 Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 Number3 = tuple[Coordinate, Coordinate, Coordinate]
 MAX_POWER = 1e15
-Positive = Annotated[float, Meta(gt=0)]
-Power = Annotated[float, Meta(ge=0)]
+Unit = Annotated[float, Meta(ge=1e-6, le=1e6)]
+Radiance = Annotated[float, Meta(ge=0, le=1e6)]
 
 
 class _Entry(Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
@@ -124,7 +124,7 @@ class CameraEntry(_Entry, frozen=True, kw_only=True):
     """A named view."""
 
     position: Number3
-    yaw: float = 0.0
+    yaw: Coordinate = 0.0
     pitch: Annotated[float, Meta(ge=-90, le=90)] = 0.0
     fov: Annotated[float, Meta(ge=1, le=170)] = 90.0
 
@@ -143,7 +143,7 @@ class KeyEntry(_Entry, frozen=True, kw_only=True):
 
     position: Number3
     time: Seconds | None = None
-    yaw: float | None = None
+    yaw: Coordinate | None = None
     pitch: Annotated[float, Meta(ge=-90, le=90)] | None = None
     look_at: Number3 | None = None
     fov: Annotated[float, Meta(ge=1, le=170)] = 90.0
@@ -212,9 +212,9 @@ class SceneFile(_Entry, frozen=True, kw_only=True):
 
     level: str
     sky: str | None = None
-    metres_per_unit: Positive = spaces.METRES_PER_UNIT
-    environment_constant: Power = 1.0
-    ambient: Power = 0.0
+    metres_per_unit: Unit = spaces.METRES_PER_UNIT
+    environment_constant: Radiance = 1.0
+    ambient: Radiance = 0.0
     lights: tuple[PointEntry | SpotEntry, ...] | None = None
     cameras: dict[str, CameraEntry] = {}
     paths: dict[str, PathEntry] = {}
@@ -251,12 +251,15 @@ def parse(text: str, source: str) -> SceneFile:
     """
     try:
         document = tomllib.loads(text)
+        _require_finite(document, source, "")
     except tomllib.TOMLDecodeError as error:
         reason, _, place = str(error).rstrip(")").partition(" (at ")
         raise AssetError(source, place=place, expected="TOML", found=reason) from None
+    except ValueError:  # the one thing that Python itself has against a number
+        found = "an integer of thousands of digits"
+        raise AssetError(source, expected="TOML", found=found) from None
     except RecursionError:
         raise AssetError(source, expected="TOML", found="tables or lists too deep") from None
-    _require_finite(document, source, "")
     cameras = _named(document, "cameras", CameraEntry, source)
     paths = _named(document, "paths", PathEntry, source)
     file = _convert(document, SceneFile, source, "")
@@ -284,8 +287,9 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
         place = ".".join(part for part in (key, path) if part)
         found = _value_at(value, path)
         if match := re.match(r"Object contains unknown field `(.*)`", text):
+            known = ", ".join(_known_keys(value, kind, path))
             raise AssetError(
-                source, place=place, expected="known keys only", found=match[1]
+                source, place=place, expected=f"known keys only ({known})", found=match[1]
             ) from None
         if match := re.match(r"Object missing required field `(.*)`", text):
             raise AssetError(
@@ -309,14 +313,34 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
         ) from None
 
 
+def _known_keys(document: object, kind: type[Any], path: str) -> list[str]:
+    """Keys of the table that a path like ``lights[0]`` leads to."""
+    tables: dict[str, type[Struct]] = {
+        "characters": CharacterEntry,
+        "keys": KeyEntry,
+        "props": PropEntry,
+        "settings": Settings,
+        "then": ThenEntry,
+    }
+    name = re.sub(r"\[\d+\]$", "", path).rpartition(".")[2]
+    if name != "lights":
+        return list(tables.get(name, kind).__struct_fields__)
+    is_spot = _at(document, f"{path}.type") == "spot"
+    return ["type", *(SpotEntry if is_spot else PointEntry).__struct_fields__]
+
+
 def _value_at(value: Any, path: str) -> str:
     """The value that a path like ``lights[0].power`` leads to, for a message."""
+    try:
+        return _short(_at(value, path))
+    except (KeyError, IndexError, TypeError):
+        return "nothing"
+
+
+def _at(value: Any, path: str) -> Any:
     for name, index in re.findall(r"([^.\[\]]+)|\[(\d+)\]", path):
-        try:
-            value = value[int(index)] if index else value[name]
-        except (KeyError, IndexError, TypeError):
-            return "nothing"
-    return _short(value)
+        value = value[int(index)] if index else value[name]
+    return value
 
 
 def _short(value: object) -> str:

@@ -5,6 +5,7 @@ import math
 from typing import Annotated, Any, get_args
 
 import msgspec
+import numpy as np
 from msgspec import Meta
 
 from followspot.errors import UsageError
@@ -18,7 +19,8 @@ class CullFace(enum.Enum):
     NONE = "none"
 
 
-NonNegative = Annotated[float, Meta(ge=0)]
+NonNegative = Annotated[float, Meta(ge=0, le=1e6)]
+Moderate = Annotated[float, Meta(ge=-1e6, le=1e6)]
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -49,24 +51,51 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         redraw_shadows: Draws every shadow map in every frame, to measure what that costs.
         culling: Leaves out what the camera cannot see; off is for comparisons.
         anisotropy: Texture samples along the steep direction; 1 is plain trilinear.
+
+    Raises:
+        UsageError: a value is none that its field can take.
     """
 
     shadows: bool = True
     sky_light: bool = True
     albedo: Annotated[float, Meta(ge=0, le=1)] | None = None
-    exposure: Annotated[float, Meta(gt=0)] | None = None
+    exposure: Annotated[float, Meta(gt=0, le=1e6)] | None = None
     environment_mip: NonNegative | None = None
     emission: NonNegative = 1.0
     shadow_map_size: Annotated[int, Meta(ge=16, le=8192)] = 1024
     shadow_fit: bool = True
     shadow_taps: Annotated[int, Meta(ge=1, le=4)] = 1
     shadow_cull: CullFace = CullFace.FRONT
-    shadow_bias: float = 0.0
-    shadow_normal_offset: float = 0.3
-    shadow_slope_bias: float = 0.0
+    shadow_bias: Moderate = 0.0
+    shadow_normal_offset: Moderate = 0.3
+    shadow_slope_bias: Moderate = 0.0
     redraw_shadows: bool = False
     culling: bool = True
     anisotropy: Annotated[float, Meta(ge=1, le=16)] = 1.0
+
+    def __post_init__(self) -> None:
+        for name in _KINDS:
+            value = _converted(name, getattr(self, name))
+            msgspec.structs.force_setattr(self, name, value)
+
+
+_KINDS: dict[str, Any] = {field.name: field.type for field in msgspec.structs.fields(Settings)}
+"""Types of the fields, with their ranges."""
+
+
+def _converted(name: str, value: Any, *, strict: bool = True) -> Any:
+    """A field's value, checked; not strictly, from text, too."""
+    given = value.item() if isinstance(value, np.generic) else value
+    try:
+        converted = msgspec.convert(given, _KINDS[name], strict=strict)
+        if isinstance(converted, float) and not math.isfinite(converted):
+            raise msgspec.ValidationError("Expected a finite number")
+    except msgspec.ValidationError as error:
+        reason = str(error)
+        if _KINDS[name] is CullFace:
+            reason = "Expected " + ", ".join(side.value for side in CullFace)
+        raise UsageError(f"setting {name}: {reason}, found {value!r}") from None
+    return converted
 
 
 def with_changes(settings: Settings, changes: dict[str, str]) -> Settings:
@@ -75,20 +104,11 @@ def with_changes(settings: Settings, changes: dict[str, str]) -> Settings:
     Raises:
         UsageError: no such setting, or a value that it cannot take.
     """
-    kinds: dict[str, Any] = {f.name: f.type for f in msgspec.structs.fields(Settings)}
     values: dict[str, Any] = {}
     for name, text in changes.items():
-        if name not in kinds:
-            raise UsageError(f"no setting is named {name!r}; there are {', '.join(kinds)}")
-        may_be_none = type(None) in get_args(kinds[name])
+        if name not in _KINDS:
+            raise UsageError(f"no setting is named {name!r}; there are {', '.join(_KINDS)}")
+        may_be_none = type(None) in get_args(_KINDS[name])
         value = None if may_be_none and text.lower() in ("none", "auto") else text
-        try:
-            values[name] = msgspec.convert(value, kinds[name], strict=False)
-            if isinstance(values[name], float) and not math.isfinite(values[name]):
-                raise msgspec.ValidationError("Expected a finite number")
-        except msgspec.ValidationError as error:
-            reason = str(error)
-            if kinds[name] is CullFace:
-                reason = "Expected " + ", ".join(side.value for side in CullFace)
-            raise UsageError(f"setting {name}: {reason}, found {text!r}") from None
+        values[name] = _converted(name, value, strict=False)
     return msgspec.structs.replace(settings, **values)

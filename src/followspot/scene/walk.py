@@ -76,7 +76,7 @@ def along(points: ArrayLike, speed: float, *, is_closed: bool = False) -> Walk:
     ends = np.concatenate([[0.0], np.cumsum(steps)])
     length = float(ends[-1])
     if not 1.0 <= length <= MAX_LENGTH:
-        raise UsageError(f"a path of 1 to {MAX_LENGTH:g} units is wanted, found {length:g}")
+        raise UsageError(f"expected a path of 1 to {MAX_LENGTH:g} units, found {length:g}")
     count = max(round(length / SPACING), 1)
     at = np.linspace(0.0, length, count + 1)
 

@@ -397,6 +397,10 @@ def test_an_empty_folder_will_do(tmp_path: Path) -> None:
         (("--path", "nowhere"), "no path is named"),
         (("--camera", "roof"), "no camera is named"),
         (("--size", "big"), "WIDTHxHEIGHT"),
+        (("--seconds", "0"), "--seconds: expected 0.001 to 36000 s, found 0"),
+        (("--seconds", "nan"), "--seconds"),
+        (("--jobs", "1000"), "--jobs"),
+        (("-o", "x" * 300), "xxx: cannot be written: File name too long"),
     ],
 )
 def test_mistakes_are_told_before_anything_is_made(

@@ -45,11 +45,14 @@ def check(folder: Path) -> None:
     """
     if not folder.name:
         raise UsageError(f"{folder}: expected the name of a folder that can be made anew")
-    if not folder.exists() and not folder.is_symlink():
-        return
-    if not folder.is_dir() or folder.is_symlink():
-        raise UsageError(f"{folder}: expected a folder with a report, or nothing yet")
-    others = {path.name for path in folder.iterdir()} - _files_of(folder)
+    try:
+        if not folder.exists() and not folder.is_symlink():
+            return
+        if not folder.is_dir() or folder.is_symlink():
+            raise UsageError(f"{folder}: expected a folder with a report, or nothing yet")
+        others = {path.name for path in folder.iterdir()} - _files_of(folder)
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be written: {error.strerror}") from None
     if others:
         raise UsageError(
             f"{folder}: expected a folder with a report, or nothing yet; found {min(others)} in it"

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from followspot.errors import FollowspotError
-from followspot.present import arguments
+from followspot.present import arguments, film
 from followspot.present.console import open_console, working
 from followspot.present.film import FilmWish
 from followspot.present.renderer import Renderer
@@ -62,6 +62,8 @@ def run(
     """
     check(folder)
     size = arguments.parse_size(wish.size)
+    if film_wish is not None:
+        film.check(size, film_wish)
     console = open_console(on_stderr=True)
     with working(console, f"opening {name}"):
         scene, camera = open_scene(name, wish)
