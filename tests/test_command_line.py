@@ -113,7 +113,7 @@ def test_outputs_of_no_known_kind(fail: Fail, name: str) -> None:
         (("render", "-o", "x.png"), "Missing argument 'SCENE_OR_LEVEL'"),
         (
             ("film", "courtyard", "-o", "x.mp4", "--samples", "257"),
-            "'--samples'.*256.*, found '257'$",
+            "--samples: expected 1 to 256 moments, found 257$",
         ),
         (("rendr",), "No such command 'rendr'"),
         (("a\nb",), r"No such command 'a\\nb'"),

@@ -448,7 +448,7 @@ def view(
 def main() -> NoReturn:
     """Run the command line; what a user caused is one line on stderr and exit code 2."""
     try:
-        sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False))
+        sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0)
     except FollowspotError as error:
         _fail(str(error) if isinstance(error, UsageError) else f"error: {error}")
     except (KeyboardInterrupt, _Interrupted):

@@ -36,6 +36,7 @@ def test_the_scene_file_example_is_valid() -> None:
     assert scene.level == "oa_dm5"
     assert list(scene.cameras) == ["stairs"]
     assert scene.lights is not None and len(scene.lights) == 1
+    assert len(scene.characters) == 2 and len(scene.props) == 1
 
 
 def test_the_table_of_settings_is_complete_and_has_the_defaults() -> None:

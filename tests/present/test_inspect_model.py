@@ -140,4 +140,4 @@ def test_real_models_and_players(capsys: pytest.CaptureFixture[str]) -> None:
     assert found["missing"] == found["problems"] == []
     assert {s["image"] for s in found["surfaces"]} == {"models/players/grism/enkiskin.tga"}
     tell("player:sorceress", (), as_json=False)
-    assert "lower_default.skin" in capsys.readouterr().out
+    assert "expected *_default.skin" in capsys.readouterr().out
