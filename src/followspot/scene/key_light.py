@@ -62,13 +62,15 @@ def choose(
         cameras: What is to be lit: what one camera sees, or one on its way at several times.
         metres_per_unit: Length of a unit.
     """
-    bsp = level.bsp
-    looks = [_look(bsp, each.position, _ahead(each, 1024 // len(cameras))) for each in cameras]
+    bsp, tree = level.bsp, _blockers(level)
+    looks = [
+        _look(bsp, tree, each.position, _ahead(each, 1024 // len(cameras))) for each in cameras
+    ]
     seen = np.concatenate(looks)
     eyes = np.repeat([each.position for each in cameras], [len(look) for look in looks], axis=0)
     if sun is not None and _sun_share(bsp, sun.direction_to_sun, eyes, seen) >= SUN_SHARE:
         return _sun_light(level, sun, metres_per_unit)
-    return _spot_light(level, cameras[0], eyes, seen, metres_per_unit)
+    return _spot_light(bsp, tree, cameras[0], eyes, seen, metres_per_unit)
 
 
 def _sun_light(level: Level, sun: Sun, metres_per_unit: float) -> SpotLight:
@@ -129,10 +131,14 @@ def _run_boxes(
 
 
 def _spot_light(
-    level: Level, camera: Camera, eyes: Points, seen: Points, metres_per_unit: float
+    bsp: BspFile,
+    tree: TriangleTree,
+    camera: Camera,
+    eyes: Points,
+    seen: Points,
+    metres_per_unit: float,
 ) -> SpotLight:
     """A spot light under the ceiling, ahead of the camera, aimed at what is seen."""
-    bsp = level.bsp
     # Candidates: part of the way along lines of sight, lifted most of the way to the ceiling.
     ways = (seen - eyes)[::2]
     places = np.concatenate([eyes[::2] + ways * share for share in (0.2, 0.4, 0.6)])
@@ -144,7 +150,7 @@ def _spot_light(
     sample = seen[::3]
     distances = _distances_lit(bsp, places, sample)
     aims = [_best_aim(sample - places[k], distances[k]) for k in range(len(places))]
-    best = _clearest(level, places, sample, aims)
+    best = _clearest(tree, places, sample, aims)
     position, lit = places[best], aims[best].lit
     target = camera.position + camera.forward * 100
     if lit.any():
@@ -195,28 +201,38 @@ def _best_aim(ways: Points, distances: NDArray[np.float64]) -> _Aim:
     return _Aim(float(worth[aim]), in_cone[aim])
 
 
-def _clearest(level: Level, places: Points, targets: Points, aims: Sequence[_Aim]) -> int:
-    """Which place for a light is best, seen with the triangles that are drawn.
-
-    The level's planes know nothing of doors and curved surfaces, nor of what is drawn in the open.
-    """
-    blocks = np.array([m.blend is None and m.alpha_test is None for m in level.materials], bool)
-    faces = level.mesh.faces
-    chosen = np.repeat(blocks[faces["material"]], faces["index_count"] // 3)
-    tree = TriangleTree(level.mesh, chosen)
+def _clearest(tree: TriangleTree, places: Points, targets: Points, aims: Sequence[_Aim]) -> int:
+    """Which place for a light is best, seen with the triangles that are drawn."""
     best, most = 0, -1.0
     for k in sorted(range(len(aims)), key=lambda k: -aims[k].worth)[:_CHECKED]:
         ends = targets[aims[k].lit][::2]
         start = np.broadcast_to(places[k], ends.shape)
-        clear = np.ones(len(ends), bool)
-        for hits in tree.crossings(start, start + (ends - start) * 0.97):
-            clear[hits.line] = False
+        clear = _first_hit(tree, start, start + (ends - start) * 0.97) == 1
         share = float(clear.mean()) if len(clear) else 0.0
         if aims[k].worth * share > most:
             best, most = k, aims[k].worth * share
         if share >= _CLEAR:
             break
     return best
+
+
+def _blockers(level: Level) -> TriangleTree:
+    """The triangles that light does not go through.
+
+    The level's planes know nothing of doors and curved surfaces, nor of what is drawn in the open.
+    """
+    blocks = np.array([m.blend is None and m.alpha_test is None for m in level.materials], bool)
+    faces = level.mesh.faces
+    chosen = np.repeat(blocks[faces["material"]], faces["index_count"] // 3)
+    return TriangleTree(level.mesh, chosen)
+
+
+def _first_hit(tree: TriangleTree, start: Points, end: Points) -> NDArray[np.float64]:
+    """(n,) fractions of lines at which they meet the first triangle, 1 if none."""
+    found = np.ones(len(start))
+    for hits in tree.crossings(start, end):
+        np.minimum.at(found, hits.line, hits.fraction)
+    return found
 
 
 def _worth(distances: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -230,8 +246,9 @@ def _ahead(camera: Camera, count: int) -> Points:
     return directions[directions @ camera.forward > math.cos(math.radians(50))]
 
 
-def _look(bsp: BspFile, eye: Vec3, directions: Points) -> Points:
+def _look(bsp: BspFile, tree: TriangleTree, eye: Vec3, directions: Points) -> Points:
     """(n, 3) where lines of sight from an eye end."""
     start = np.broadcast_to(eye, directions.shape)
     end = start + directions * REACH
-    return start + (end - start) * bsp_tree.trace(bsp, start, end)[:, np.newaxis]
+    end = start + (end - start) * bsp_tree.trace(bsp, start, end)[:, np.newaxis]
+    return start + (end - start) * _first_hit(tree, start, end)[:, np.newaxis]
