@@ -16,6 +16,7 @@ from followspot.scene.level import Level
 from followspot.scene.light import SpotLight
 from followspot.scene.load import load, with_chosen_light
 from followspot.scene.scene import Scene
+from followspot.scene.sight import crossings
 from followspot.spaces import vec3
 from synthetic import camera
 
@@ -121,6 +122,17 @@ def test_chosen_lights_reach_what_the_camera_sees(draw: Draw, name: str, kind: s
         assert scene.lights_chosen and [light.name for light in scene.lights] == [kind]
         lit = draw(scene, scene.camera(), View.DIRECT).max(axis=2) > 0
         assert lit.mean() > 0.1
+
+
+@pytest.mark.openarena
+def test_a_light_keeps_away_from_surfaces() -> None:
+    """In the plane of a wall it would be cut off, or not, by rounding."""
+    scene = load("oa_dm4")
+    with scene.archive:
+        scene = with_chosen_light(scene, [scene.camera("spawn1")])
+        place = scene.lights[0].position
+        for arm in 7.9 * np.eye(3):
+            assert not crossings(scene, place - arm, place + arm)
 
 
 @pytest.mark.gl

@@ -49,6 +49,7 @@ Points = NDArray[np.float64]
 _FAR_ENOUGH = 400.0  # units from which a spot light may light a wall, and no farther is better
 _FINALISTS = 32
 _CHECKED, _CLEAR = 8, 0.8  # finalists at most that triangles are asked about; a share that will do
+_ROOM = 8.0  # units that a light keeps from surfaces
 
 
 def choose(
@@ -203,8 +204,12 @@ def _best_aim(ways: Points, distances: NDArray[np.float64]) -> _Aim:
 
 def _clearest(tree: TriangleTree, places: Points, targets: Points, aims: Sequence[_Aim]) -> int:
     """Which place for a light is best, seen with the triangles that are drawn."""
-    best, most = 0, -1.0
-    for k in sorted(range(len(aims)), key=lambda k: -aims[k].worth)[:_CHECKED]:
+    by_worth = sorted(range(len(aims)), key=lambda k: -aims[k].worth)
+    best, most = by_worth[0], -1.0
+    arms = np.eye(3) * _ROOM
+    for k in by_worth[:_CHECKED]:
+        if (_first_hit(tree, places[k] - arms, places[k] + arms) < 1).any():
+            continue  # in or at a surface, which would cut its light off
         ends = targets[aims[k].lit][::2]
         start = np.broadcast_to(places[k], ends.shape)
         clear = _first_hit(tree, start, start + (ends - start) * 0.97) == 1
