@@ -5,204 +5,32 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.typing import ArrayLike, NDArray
-from patch_geometry import all_triangles, distance, point_set, samples, surface
+from numpy.typing import NDArray
+from patch_geometry import point_set, surface
+from patch_grids import (
+    borders,
+    control_grid,
+    coordinates,
+    cut,
+    cylinder,
+    hill,
+    patch_triangles,
+    plane,
+    tolerances,
+    vertex_grid,
+)
 
 from followspot.assets.bsp import FaceType, read_bsp
 from followspot.errors import UsageError
 from followspot.scene.mesh import VERTEX
-from followspot.scene.patch import Tessellation, tessellate
+from followspot.scene.patch import tessellate
 
 Array = NDArray[Any]
 
 OPENARENA = Path("/usr/share/games/openarena/baseoa")
-
-
-def control_grid(positions: ArrayLike, normal: ArrayLike = (0, 0, 1)) -> Array:
-    """(h, w) of VERTEX from (h, w, 3) positions; texture coordinates are some other function."""
-    points = np.asarray(positions, np.float32)
-    grid = np.zeros(points.shape[:2], VERTEX)
-    grid["position"] = points
-    grid["normal"] = normal
-    grid["texcoord"] = points[..., :2] * 0.25 + points[..., 2:] * 0.5
-    return grid
-
-
-def cut(*grids: Array, tolerance: float = 1.0, max_segments: int = 64) -> Tessellation:
-    """Tessellate grids (h, w) of VERTEX as the patches of one level."""
-    control = np.concatenate([np.empty(0, VERTEX), *(grid.ravel() for grid in grids)])
-    counts = np.array([grid.size for grid in grids], np.int64)
-    size = np.array([grid.shape[::-1] for grid in grids], np.int32).reshape(-1, 2)
-    return tessellate(control, np.cumsum(counts) - counts, size, tolerance, max_segments)
-
-
-def vertex_grid(made: Tessellation, patch: int) -> Array:
-    """(height, width) of VERTEX of one patch."""
-    width, height = made.grid_size[patch]
-    first = made.first_vertex[patch]
-    return made.vertices[first : first + width * height].reshape(height, width)
-
-
-def patch_triangles(made: Tessellation, patch: int) -> Array:
-    """(t, 3, 3) float64 corners of one patch's triangles."""
-    first, count = made.first_index[patch], made.index_count[patch]
-    indices = made.indices[first : first + count].reshape(-1, 3)
-    return made.vertices["position"][indices].astype(np.float64)
-
-
-def borders(grid: Array) -> list[Array]:
-    """The four borders of a grid, in either direction the same places."""
-    return [grid[0], grid[-1], grid[:, 0], grid[:, -1]]
-
-
-def arc(radius: float, pieces: int) -> Array:
-    """(2 pieces + 1, 2) control points of about a full circle, exactly closed."""
-    angles = np.arange(2 * pieces + 1) % (2 * pieces) * (np.pi / pieces)
-    reach = np.where(np.arange(2 * pieces + 1) % 2, 1 / np.cos(np.pi / pieces), 1.0)
-    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return np.asarray(radius * reach[:, None] * circle)
-
-
-def cylinder(radius: float, height: float, top_radius: float | None = None) -> Array:
-    """A closed tube of 3 rows and 9 columns, seen from outside, or a cone."""
-    top = radius if top_radius is None else top_radius
-    rows = [
-        np.column_stack([arc(size, 4), np.full(9, level)])
-        for size, level in zip(
-            (radius, (radius + top) / 2, top), (0, height / 2, height), strict=True
-        )
-    ]
-    outward = np.zeros((3, 9, 3))
-    outward[..., :2] = arc(1, 4)
-    return control_grid(rows, outward)
-
-
-def plane(width: int, height: int, step: float = 10.0) -> Array:
-    """A level grid of evenly spaced control points, seen from above."""
-    x, y = np.meshgrid(np.arange(width) * step, np.arange(height) * step)
-    return control_grid(np.stack([x, y, np.zeros_like(x)], axis=-1))
-
-
-def hill(height: float) -> Array:
-    """3 by 3 control points from (0, 0) to (20, 20), curved along x only."""
-    grid = plane(3, 3)
-    grid["position"][:, 1, 2] = height
-    return grid
-
-
-coordinates = st.floats(-100, 100, width=32)
-patches = st.sampled_from([(3, 3), (3, 5), (5, 3)]).flatmap(
-    lambda shape: arrays(np.float32, (*shape, 3), elements=coordinates)
-)
-tolerances = st.sampled_from([1.0, 3.0, 10.0, 40.0])
-
-
-@settings(max_examples=40, deadline=None)
-@given(patches, tolerances)
-@example(np.pad(np.full((1, 1, 1), 40, np.float32), ((1, 1), (1, 1), (0, 2))), 1.0)  # a needle
-def test_no_point_of_a_patch_is_farther_from_its_triangles_than_the_tolerance(
-    points: Array, tolerance: float
-) -> None:
-    grid = control_grid(points)
-    made = cut(grid, tolerance=tolerance)
-    assert made.grid_size.max() < 2 * 64  # not held back by max_segments
-    far = distance(samples(grid, 8), all_triangles(vertex_grid(made, 0)))
-    assert far.max() <= tolerance + 1e-4
-
-
-@st.composite
-def flat_patches(draw: st.DrawFn) -> Array:
-    """Uneven, sheared, bulging, collapsed, sometimes folded, in a tilted plane and almost in it."""
-    steps = st.lists(st.integers(0, 40), min_size=2, max_size=2)
-    x, y = np.meshgrid(*([0, *np.cumsum(draw(steps))] for _ in range(2)))
-    bulge = draw(arrays(np.int64, (2, 3, 3), elements=st.sampled_from([0, 0, 0, 0, -9, 15, 30])))
-    x, y = x + bulge[0], y + bulge[1]
-    if draw(st.booleans()):  # a cap: a corner, and the arc opposite
-        x[:, 1:], y[:, 1:] = x[0, 2], y[0, 2]
-    lift = draw(arrays(np.float64, (3, 3), elements=st.sampled_from([0.0, 0.1, 1.0])))
-    axes = np.array([[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]])
-    return np.asarray(np.stack([x, y, lift], axis=-1) @ axes)
-
-
-@settings(max_examples=100, deadline=None)
-@given(flat_patches(), tolerances)
-def test_flat_patches_keep_to_the_tolerance_too(points: Array, tolerance: float) -> None:
-    grid = control_grid(points)
-    made = cut(grid, tolerance=tolerance)
-    far = distance(samples(grid, 9), all_triangles(vertex_grid(made, 0)))
-    assert far.max() <= tolerance + 1e-4
-
-
-def test_the_bound_is_reached_by_a_parabola_and_by_a_saddle() -> None:
-    """The error is A / (4 n^2) for the one and T / (n m) for the other, no less."""
-    grid = hill(64.0)  # A = 128
-    for tolerance, segments in ((32.0, 1), (31.9, 2), (8.0, 2), (2.0, 4), (1.99, 5)):
-        assert cut(grid, tolerance=tolerance).grid_size.tolist() == [[segments + 1, 2]]
-    one_cell = cut(grid, tolerance=32.0)
-    assert distance(samples(grid, 3), patch_triangles(one_cell, 0)).max() == 32.0
-    saddle = plane(3, 3)
-    saddle["position"][..., 2] = np.outer([-1, 0, 1], [-4, 0, 4])  # T = 4
-    assert cut(saddle, tolerance=1.0).grid_size.tolist() == [[3, 3]]
-    assert cut(saddle, tolerance=0.99).grid_size.tolist() == [[3, 4]]  # T / 6 is enough
-    one_cell = cut(saddle, tolerance=4.0)
-    assert one_cell.grid_size.tolist() == [[2, 2]]
-    t = np.array([0.5])
-    centre = surface(saddle["position"], t, t)[0, 0]
-    diagonal = vertex_grid(one_cell, 0)["position"][[0, 1], [1, 0]].mean(axis=0)
-    assert np.linalg.norm(centre - diagonal) == 4.0
-
-
-def test_bends_that_point_different_ways_do_not_add_up() -> None:
-    """Both are 128 long: where they meet, points miss by 32 sqrt(2) = 45.3 and not by 64."""
-    grid = plane(3, 3)
-    grid["position"][:, 1, 2] = 64
-    grid["position"][1, :, 1] += 64
-    assert cut(grid, tolerance=49.0).grid_size.tolist() == [[2, 2]]
-    assert cut(grid, tolerance=45.0).grid_size.tolist() != [[2, 2]]
-
-
-def test_flat_pieces_get_two_triangles_each_however_unevenly_they_are_spaced() -> None:
-    assert cut(plane(7, 5)).index_count.tolist() == [3 * 2 * 3 * 2]
-    uneven = plane(7, 5)
-    uneven["position"][:, [1, 3], 0] += 9
-    uneven["position"][1, :, 1] -= 9
-    made = cut(uneven, tolerance=0.01)
-    assert made.index_count.tolist() == [3 * 2 * 3 * 2]
-    assert made.grid_size.tolist() == [[4, 3]]
-
-
-def test_a_bevel_cap_becomes_a_fan() -> None:
-    """The caps that editors make: an arc in one column, its corner point in all others."""
-    corner = np.array([64.0, 0, 0])
-    points = np.broadcast_to(corner, (3, 3, 3)).copy()
-    points[:, 0] = [[0, 0, 0], corner, [64, 64, 0]]
-    made = cut(control_grid(points))
-    # |p0 - 2 p1 + p2| = 64 sqrt(2) takes ceil(sqrt(22.6)) cuts; half of every cell collapses.
-    assert made.grid_size.tolist() == [[2, 6]]
-    assert made.index_count.tolist() == [3 * 5]
-
-
-def test_a_flat_piece_is_cut_for_its_bent_borders_and_its_thickness() -> None:
-    def bulging(by: float, lift: float = 0.0) -> list[int]:
-        grid = plane(3, 3)
-        grid["position"][0, 1, 1] = -by
-        grid["position"][1, 1, 2] = lift
-        sizes: list[int] = cut(grid, tolerance=1.0).grid_size[0].tolist()
-        return sizes
-
-    assert bulging(2.0) == [2, 2]  # the border leaves its chord by half of that
-    assert bulging(2.1) == [3, 2]
-    assert bulging(8.0) == [3, 2]  # n^2 = 16 / 4
-    assert bulging(8.1) == [4, 2]
-    assert bulging(8.0, lift=0.1) == [4, 2]  # n^2 = 16 / (4 - 0.4)
-
-
-def test_max_segments_limits_every_piece() -> None:
-    made = cut(hill(5000), tolerance=0.01, max_segments=7)
-    assert made.grid_size.tolist() == [[8, 2]]
 
 
 TURNS: list[Callable[[Array], Array]] = [

@@ -95,12 +95,12 @@ def load_player(archive: Archive, name: str) -> Player:
             problems.append(error)
             return None
 
+    models = {part: read(f"{folder}{part}.md3", read_md3) for part in PARTS}
+    if not any(models.values()):
+        raise problems[0]
     if skin not in (asked, DEFAULT_SKIN):
         found = f"none; it wears {skin}"
         problems.append(AssetError(folder, expected=f"*_{DEFAULT_SKIN}.skin", found=found))
-    models = {part: read(f"{folder}{part}.md3", read_md3) for part in PARTS}
-    if not any(models.values()):
-        raise problems[-len(PARTS)]
     parts: dict[str, Part] = {}
     for part, model in models.items():
         if model is not None:

@@ -33,7 +33,8 @@ LONGEST = 120.0
 """Seconds of flight that are looked for; longer films fly more slowly."""
 
 ACCELERATION = 250.0
-"""Units per second squared, at most, in bends and before them."""
+"""Units per second squared that bends and braking before them are planned with. Where the curve is
+smoothed afterwards, it may be up to three times as much for a moment."""
 
 _STEP = 4.0  # units between points of the curve
 _BLUR = 96.0  # units, a standard deviation

@@ -12,8 +12,7 @@ derivatives", Computer Aided Geometric Design 3 (1986), with a biquadratic's der
 
 The bound adds up what may be large at different places and point different ways. So it only says
 where to begin: cuts are taken away as long as the distance between points of equal (u, v), looked
-at in every triangle, stays within the tolerance. That halves the triangles of OpenArena's curved
-pieces.
+at in every triangle, stays within the tolerance. That takes two fifths of the triangles away.
 
 In a flat piece most of that is points sliding within the plane, which nobody sees: it needs cuts
 for its outline alone. Three in ten pieces of OpenArena's levels are flat, mostly caps of arches,
