@@ -109,7 +109,6 @@ def section(material: Material) -> Section:
         behind=int((distance <= 0).any(axis=1).sum()),
         spread=_spread(distance),
         offset=done.map.offset,
-        lift=done.map.offset * done.map.texel * float(done.ways.exact[:, 2].max()),
         found=found,
         steps=found["float32"].largest / (done.map.size * 2.0**-24),
         third=edge_error(1.0, 4.0),
@@ -190,7 +189,6 @@ def _map(scene: Scene, light: SpotLight) -> Map:
         settings.shadow_map_size,
         frustum.near,
         frustum.far,
-        frustum.texel,
         settings.shadow_normal_offset,
     )
 

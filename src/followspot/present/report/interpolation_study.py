@@ -156,7 +156,6 @@ class Map:
         size: Texels along an edge.
         near: Distance of the near plane along the axis, in units.
         far: Distance of the far plane.
-        texel: Edge of a texel in the plane at distance 1 from the light.
         offset: Texels that receivers are moved off their surfaces.
     """
 
@@ -165,22 +164,16 @@ class Map:
     size: int
     near: float
     far: float
-    texel: float
     offset: float = 0.0
 
     def moved(self, points: Numbers, normals: Numbers) -> Numbers:
         """(..., 4) homogeneous coordinates of (..., 3) points moved off their surfaces.
 
-        As surface.vert moves one-sided ones: across the map as unit normals (..., 3) point, and
-        towards the light as far as they face it.
+        As surface.vert moves one-sided ones: across the map as unit normals (..., 3) point.
         """
-        matrix, axes = self.shadow_from_world, self.light_from_world[:3, :3]
+        matrix, axes = self.shadow_from_world, self.light_from_world[:2, :3]
         s = points @ matrix[:, :3].T + matrix[:, 3]
-        ray = -self.light_from_world[:3, 3] @ axes - points
-        cosine = (normals * ray).sum(axis=-1) / np.linalg.norm(ray, axis=-1)
-        s[..., :2] += normals @ axes[:2].T * (self.offset / self.size) * s[..., 3:]
-        over_distance = self.near * self.far / (self.far - self.near)
-        s[..., 2] -= over_distance * self.texel * self.offset * np.maximum(cosine, 0)
+        s[..., :2] += normals @ axes.T * (self.offset / self.size) * s[..., 3:]
         return np.asarray(s)
 
     def measured(self, homogeneous: Numbers) -> Numbers:
