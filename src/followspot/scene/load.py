@@ -1,6 +1,5 @@
 """From a name to a `Scene`: scene file, level, scripts, images' places, sky, lights."""
 
-import difflib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -164,24 +163,15 @@ def _scene_path(name: str) -> Path | None:
 def _located(
     name: str, wanted: str, roots: Sequence[Path], is_scene_file: bool
 ) -> tuple[Archive, str]:
-    """A level; an error tells of the scene file that wants it, or of built-in scenes like it."""
+    """The level that is `wanted`, by the scene file `name` where that is one."""
     try:
-        return locate_level(wanted, roots)
+        return locate_level(wanted, roots, others=() if is_scene_file else builtin_scenes())
     except AssetError as error:
-        if not wanted.startswith(error.source):
-            raise  # of a folder or pak among the roots
-        if is_scene_file:
-            with asked_by(name, "level"):
-                raise
-        levels = error.found.removeprefix("none; close names are ").split(", ")
-        scenes = difflib.get_close_matches(wanted.lower(), builtin_scenes())
-        close = [name for name in dict.fromkeys([*scenes, *levels]) if name != "none"]
-        if not scenes or not error.found.startswith("none"):
+        is_of_a_root = not wanted.startswith(error.source)
+        if is_of_a_root or not is_scene_file:
             raise
-        found = f"none; close names are {', '.join(close)}"
-        raise AssetError(
-            error.source, place=error.place, expected=error.expected, found=found
-        ) from None
+        with asked_by(name, "level"):
+            raise
 
 
 def _with_props_beside(file: SceneFile, folder: Path) -> tuple[SceneFile, list[Path]]:
