@@ -21,9 +21,6 @@ Mat4 = NDArray[np.float64]
 METRES_PER_UNIT = 0.03
 """Default length of a Quake unit: a 56-unit player is 1.7 m tall."""
 
-EYE_HEIGHT = 26.0
-"""Height of the eye above a player's origin, in units (the game's DEFAULT_VIEWHEIGHT)."""
-
 VIEW_FROM_EYE: Mat4 = np.array(
     [[0, -1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]], dtype=np.float64
 )

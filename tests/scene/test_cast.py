@@ -9,6 +9,7 @@ from PIL import Image
 
 from followspot.assets.archive import Archive
 from followspot.errors import AssetError
+from followspot.game import RUN_SPEED
 from followspot.scene import scene_file, walk
 from followspot.scene.camera import Camera
 from followspot.scene.cast import actors, characters
@@ -73,7 +74,7 @@ def test_a_walker_keeps_to_the_ground_and_stops_at_the_end(game: Path) -> None:
         (legs["legs_idle"], 4.0),
     ]
     (own,) = cast(game, text.replace("\nspeed = 50", ""))
-    assert own.walk.speed == walk.RUN_SPEED  # its legs do not step
+    assert own.walk.speed == RUN_SPEED  # its legs do not step
 
 
 def test_one_animation_after_another(game: Path) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from followspot.builtin.robot_shapes import Array
 from followspot.builtin.robot_skeleton import ANKLE, Poses, rotations
+from followspot.game import GRAVITY
 
 FPS = 10.0
 """Frames a second, as the game plays MD2 models."""
@@ -21,9 +22,6 @@ RUN_SPEED = 100.0
 
 WALK_SPEED = 40.0
 """Units a second at which `walk` carries the robot forward."""
-
-GRAVITY = 800.0
-"""Units a second squared, the game's own: the leap of `jump` is a throw under it."""
 
 _TOES = np.array([6.6, 0.0, -ANKLE[2]])
 _TIP = np.array([7.6, 0.0, 0.59 - ANKLE[2]])

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from followspot.game import FLOOR_BELOW_PLAYER
 from followspot.levelbuilder.brush import Brush
 from followspot.levelbuilder.entities import Entity, Value, entity
 from followspot.levelbuilder.mesh import Mesh
@@ -44,7 +45,9 @@ class Level:
 
     def spawn(self, x: float, y: float, floor: float, angle: float = 0.0) -> None:
         """Add a spawn point on a floor; players look along ``angle``, degrees from +x."""
-        self.entity("info_player_deathmatch", origin=(x, y, floor + 24), angle=angle)
+        self.entity(
+            "info_player_deathmatch", origin=(x, y, floor + FLOOR_BELOW_PLAYER), angle=angle
+        )
 
     def light(
         self, origin: Sequence[float], value: float = 300.0, color: Sequence[float] = (1, 1, 1)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.surface_flags import Contents
+from followspot.game import FLOOR_BELOW_PLAYER
 from followspot.scene import bsp_tree, patch, solids
 from followspot.scene.level import entity_vector, model_number
 from followspot.scene.mesh import VERTEX
@@ -68,9 +69,9 @@ class Box:
         object.__setattr__(self, "half", vec3((self.maxs - self.mins) / 2))
 
 
-STANDING = Box(vec3((-15, -15, -24)), vec3((15, 15, 32)))
-"""A player (the game's ``playerMins``, ``playerMaxs``)."""
-CROUCHING = Box(vec3((-15, -15, -24)), vec3((15, 15, 16)))
+STANDING = Box(vec3((-15, -15, -FLOOR_BELOW_PLAYER)), vec3((15, 15, 32)))
+"""A player, round the origin (``playerMins``, ``playerMaxs``)."""
+CROUCHING = Box(vec3((-15, -15, -FLOOR_BELOW_PLAYER)), vec3((15, 15, 16)))
 
 
 @dataclass(frozen=True, eq=False)

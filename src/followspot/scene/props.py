@@ -15,6 +15,7 @@ from followspot.assets.mesh_record import Look, MeshSurface
 from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import AssetError, asked_by
+from followspot.game import STEP_HEIGHT
 from followspot.scene.figure import Figure
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
@@ -27,9 +28,6 @@ Z_UP_FROM_Y_UP: Mat4 = np.array(
     [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=np.float64
 )
 """glTF's axes (Y up, a thing's front towards +Z, its left +X) to Quake's (Z, +X and +Y)."""
-
-_LIFT = 18.0
-"""Units that a prop's origin may lie below the floor that it is to stand on."""
 
 _FARTHEST = 1e7
 _BLENDED = BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA
@@ -207,8 +205,9 @@ def props(
         mins, maxs = placed.bounds
         if entry.ground and ground is not None:
             x, y, z = entry.origin
-            floor = float(ground.below(np.array([[x, y, z + _LIFT]]))[0])
-            if floor < z + _LIFT:
+            above = z + STEP_HEIGHT  # the origin may lie as far below the floor
+            floor = float(ground.below(np.array([[x, y, above]]))[0])
+            if floor < above:
                 placed = moved(placed, _shift(0, 0, floor - mins[2]))
         farthest = float(np.abs([mins, maxs]).max())
         if not farthest < _FARTHEST:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile
+from followspot.game import GRAVITY
 from followspot.scene import solids
 from followspot.scene.collision import Box, Probe
 from followspot.scene.level import (
@@ -22,7 +23,6 @@ from followspot.scene.level import (
     model_number,
     target_of,
 )
-from followspot.scene.slide import GRAVITY
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
 
