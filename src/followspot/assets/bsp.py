@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Mask
 from followspot.assets.binary import BinaryFile, run_members, text_until_nul
 from followspot.assets.entities import parse_entities
 from followspot.errors import AssetError
@@ -170,7 +171,7 @@ class BspFile:
     cluster_visible: NDArray[np.uint8]
     """(clusters, bytes): bit c of row k, lowest bit first, is set where k may see c."""
 
-    def visible_clusters(self, cluster: int) -> NDArray[np.bool_]:
+    def visible_clusters(self, cluster: int) -> Mask:
         """Tell which clusters can be seen from a cluster.
 
         Args:

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.builtin.robot_animation import ANIMATIONS
 from followspot.builtin.robot_atlas import HEIGHT, WIDTH, bake, pack
 from followspot.builtin.robot_model import Part, robot_parts
-from followspot.builtin.robot_shapes import Array, Shape
+from followspot.builtin.robot_shapes import Shape
 from followspot.builtin.robot_skeleton import Poses, place_bones
 from followspot.builtin.robot_skin import robot_skin
 from followspot.game import FLOOR_BELOW_PLAYER
@@ -58,7 +59,7 @@ def _pieces(parts: list[Part]) -> list[tuple[str, Shape, int]]:
     return left + right
 
 
-def _move(pieces: list[tuple[str, Shape, int]], poses: Poses) -> tuple[Array, Array]:
+def _move(pieces: list[tuple[str, Shape, int]], poses: Poses) -> tuple[Floats, Floats]:
     """(frames, vertices, 3) positions and normals."""
     bones = place_bones(poses)
     points = np.concatenate([bones[bone].points(shape.points) for bone, shape, _ in pieces], axis=1)

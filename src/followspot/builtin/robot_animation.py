@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from followspot.builtin.robot_shapes import Array
+from followspot.arrays import Floats
 from followspot.builtin.robot_skeleton import ANKLE, Poses, rotations
 from followspot.game import GRAVITY
 
@@ -30,12 +30,12 @@ _TIP = np.array([7.6, 0.0, 0.59 - ANKLE[2]])
 LEFT, RIGHT = 0, 1
 
 
-def sine(frames: int, amplitude: float, times: int = 1, shift: float = 0.0) -> Array:
+def sine(frames: int, amplitude: float, times: int = 1, shift: float = 0.0) -> Floats:
     """(frames,) a sine that fits so many times into the loop, shifted by a share of its period."""
     return amplitude * np.sin(2 * np.pi * (times * np.arange(frames) / frames - shift))
 
 
-def keyed(frames: int, keys: Sequence[tuple[float, ArrayLike]]) -> Array:
+def keyed(frames: int, keys: Sequence[tuple[float, ArrayLike]]) -> Floats:
     """(frames, ...) values eased from key to key, at rest at each of them.
 
     Args:
@@ -48,7 +48,7 @@ def keyed(frames: int, keys: Sequence[tuple[float, ArrayLike]]) -> Array:
     i = np.clip(np.searchsorted(times, at, "right") - 1, 0, len(times) - 2)
     share = (at - times[i]) / (times[i + 1] - times[i])
     share = (share * share * (3 - 2 * share)).reshape(-1, *[1] * (values.ndim - 1))
-    eased: Array = values[i] * (1 - share) + values[i + 1] * share
+    eased: Floats = values[i] * (1 - share) + values[i + 1] * share
     return eased
 
 
@@ -84,7 +84,7 @@ def stand(frames: int = 20) -> Poses:
     return poses
 
 
-def _contact(first: float, flat: int, rolling: Sequence[float], speed: float) -> Array:
+def _contact(first: float, flat: int, rolling: Sequence[float], speed: float) -> Floats:
     """(n, 3) rows of x, z and pitch of a foot on the ground.
 
     Args:
@@ -101,7 +101,7 @@ def _contact(first: float, flat: int, rolling: Sequence[float], speed: float) ->
     return np.stack([ankle[:, 0], ankle[:, 2], pitch], axis=1)
 
 
-def _gait(left: Array) -> Poses:
+def _gait(left: Floats) -> Poses:
     """Take the left foot through (f, 3) rows of x, z and pitch, the right half a cycle later."""
     poses = Poses(len(left))
     for side, rows in ((LEFT, left), (RIGHT, np.roll(left, len(left) // 2, axis=0))):

@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.gpu import blocks
 from followspot.passes import shadow_tiles
@@ -86,7 +87,7 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
 
 
 @lru_cache(maxsize=8)
-def towards_axes(sky: CubeMap, level: float | None) -> NDArray[np.float64]:
+def towards_axes(sky: CubeMap, level: float | None) -> Floats:
     """`CubeMap.towards_axes`, remembered."""
     return sky.towards_axes(level)
 

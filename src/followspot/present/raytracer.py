@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from followspot.arrays import Floats, Mask
 from followspot.assets.shader_values import Sides
 from followspot.errors import UsageError
-from followspot.present.cut_outs import CutOuts, Mask, Numbers
+from followspot.present.cut_outs import CutOuts
 from followspot.scene.camera import Camera
 from followspot.scene.light import SpotLight
 from followspot.scene.scene import Scene
@@ -62,16 +63,16 @@ class Truth:
             much of it there is depends on how its texture is filtered.
     """
 
-    position: Numbers
-    normal: Numbers
-    face_normal: Numbers
-    depth: Numbers
-    unshadowed: Numbers
+    position: Floats
+    normal: Floats
+    face_normal: Floats
+    depth: Floats
+    unshadowed: Floats
     lit: Mask
     cut_out: Mask
 
     @property
-    def radiance(self) -> Numbers:
+    def radiance(self) -> Floats:
         """(h, w, 3) W/(m^2 sr)."""
         return np.asarray(self.unshadowed * self.lit[..., np.newaxis])
 
@@ -80,11 +81,11 @@ class Truth:
 class _Surface:
     """What rays hit first: (n,) or (n, 3), metres; distances are infinite where nothing is."""
 
-    distance: Numbers
-    position: Numbers
-    normal: Numbers
-    face_normal: Numbers
-    radiance: Numbers
+    distance: Floats
+    position: Floats
+    normal: Floats
+    face_normal: Floats
+    radiance: Floats
 
     def where(self, chosen: Mask, other: "_Surface") -> "_Surface":
         """These where `chosen`, elsewhere the others."""
@@ -175,7 +176,7 @@ class RayTracer:
             cut_out=(cut_out | is_leaf).reshape(shape),
         )
 
-    def _shade(self, scene: Any, start: Numbers, way: Numbers) -> "_Surface":
+    def _shade(self, scene: Any, start: Floats, way: Floats) -> "_Surface":
         """What rays (n, 3), in metres, hit first, and how the scene's light would light it."""
         mi = self._mi
         rays = mi.Ray3f(mi.Point3f(start.T), mi.Vector3f(way.T))
@@ -199,8 +200,8 @@ class RayTracer:
         )
 
     def _reach_cut_out(
-        self, scene: Any, chosen: Mask, start: Numbers, way: Numbers, reach: Numbers
-    ) -> Numbers:
+        self, scene: Any, chosen: Mask, start: Floats, way: Floats, reach: Floats
+    ) -> Floats:
         """How far rays get until just before a cut-out surface that is there.
 
         Args:
@@ -232,7 +233,7 @@ class RayTracer:
             going = going[~kept]
         return result
 
-    def reached(self, points: Numbers, normals: Numbers, light: SpotLight) -> tuple[Mask, Mask]:
+    def reached(self, points: Floats, normals: Floats, light: SpotLight) -> tuple[Mask, Mask]:
         """Which points see the light's centre, and which have something cut out on the way.
 
         Args:
@@ -261,12 +262,12 @@ class RayTracer:
         )
         return lit, cut_out
 
-    def _rays_between(self, start: Numbers, way: Numbers, reach: Numbers) -> Any:
+    def _rays_between(self, start: Floats, way: Floats, reach: Floats) -> Any:
         mi = self._mi
         ends = mi.Float(reach.astype(np.float32))
         return mi.Ray3f(mi.Point3f(start.T), mi.Vector3f(way.T), ends, 0.0, mi.Color0f())
 
-    def direct(self, camera: Camera, size: tuple[int, int], light: SpotLight) -> Numbers:
+    def direct(self, camera: Camera, size: tuple[int, int], light: SpotLight) -> Floats:
         """(h, w, 3) radiance by Mitsuba's own ``direct`` integrator, at the pixels' middles.
 
         It differs from `render` where the camera sees backs or what is cut out, since it knows
@@ -279,7 +280,7 @@ class RayTracer:
         picture = mi.render(scene, integrator=integrator, sensor=self._sensor(camera, size, middle))
         return np.asarray(picture, np.float64)
 
-    def under_constant_sky(self, normals: Numbers, radiance: float) -> Numbers:
+    def under_constant_sky(self, normals: Floats, radiance: float) -> Floats:
         """Radiance of surfaces that see nothing but Mitsuba's ``constant`` emitter.
 
         One direction a normal is enough, since drawn by the cosine all weigh alike. They are drawn
@@ -347,7 +348,7 @@ class RayTracer:
             }
         )
 
-    def _look(self, origin: Numbers, target: Numbers, up: Numbers) -> Any:
+    def _look(self, origin: Floats, target: Floats, up: Floats) -> Any:
         metres = (origin * self._metres).tolist(), (target * self._metres).tolist()
         return self._mi.ScalarTransform4f().look_at(*metres, up.tolist())
 
@@ -360,11 +361,11 @@ class RayTracer:
         return sensor.sample_ray(0.0, 0.5, on_film, mi.Point2f(0.5))[0]
 
 
-def _array(vectors: Any) -> Numbers:
+def _array(vectors: Any) -> Floats:
     """Mitsuba's vectors as (n, 3)."""
     return np.asarray(np.asarray(vectors, np.float64).reshape(3, -1).T)
 
 
-def _across(direction: Numbers) -> Numbers:
+def _across(direction: Floats) -> Floats:
     """Some direction that is not `direction`."""
     return np.asarray(np.eye(3)[np.abs(direction).argmin()])

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
+from followspot.arrays import Floats
 from followspot.assets.image import Image, srgb_to_linear
 
 SUFFIXES = ("_rt", "_lf", "_bk", "_ft", "_up", "_dn")
@@ -38,7 +39,7 @@ class CubeMap:
         """MIP level of a single texel a face: 9.0 for faces of 512 x 512."""
         return float(np.log2(self.faces.shape[1]))
 
-    def towards_axes(self, level: float | None = None) -> NDArray[np.float64]:
+    def towards_axes(self, level: float | None = None) -> Floats:
         """(6, 3) linear values seen along +X -X +Y -Y +Z -Z at a MIP level.
 
         A look-up along an axis hits the middle of a face, where four texels of a level meet and
@@ -55,7 +56,7 @@ class CubeMap:
         low = self._central_mean(lower)
         return low if mix == 0 else low * (1 - mix) + self._central_mean(lower + 1) * mix
 
-    def _central_mean(self, level: int) -> NDArray[np.float64]:
+    def _central_mean(self, level: int) -> Floats:
         size = self.faces.shape[1]
         width = min(size, 2 ** (level + 1))
         start = (size - width) // 2
@@ -67,7 +68,7 @@ class CubeMap:
 
 
 @lru_cache
-def _linear_table() -> NDArray[np.float64]:
+def _linear_table() -> Floats:
     return srgb_to_linear(np.arange(256) / 255.0).astype(np.float64)
 
 

@@ -10,8 +10,8 @@ import html5lib
 import msgspec
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.archive import Archive
 from followspot.assets.locate import search_path
 from followspot.errors import UsageError
@@ -27,14 +27,13 @@ from followspot.scene.scene import Scene
 from followspot.scene.sky import CubeMap
 from synthetic import BLACK_SKY, DIM, WHITE_SKY, camera, cube_map, make_scene, sphere
 
-Array = NDArray[np.float64]
-Draw = Callable[..., Array]
+Draw = Callable[..., Floats]
 
 DIRECTIONS = sky_irradiance.texel_directions(64)
 NORMALS = study.sphere(500)
 
 
-def grey(values: Array) -> Array:
+def grey(values: Floats) -> Floats:
     return np.repeat(values[..., np.newaxis], 3, axis=-1)
 
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.gpu.blocks import MAX_LIGHTS
 from followspot.gpu.context import is_software
 from followspot.passes import lighting
 from followspot.passes.frame import FrameInput
 from followspot.present.renderer import Renderer
-from followspot.present.report.lamps import Numbers
 from followspot.scene.camera import Camera
 from followspot.scene.light import PointLight
 from followspot.scene.scene import Scene
@@ -23,7 +23,7 @@ COUNTS = (0, 2, 4, MAX_LIGHTS)
 _REPEATS = 7
 
 
-def by_count(scene: Scene, camera: Camera, renderer: Renderer, lamps: Numbers) -> dict[int, float]:
+def by_count(scene: Scene, camera: Camera, renderer: Renderer, lamps: Floats) -> dict[int, float]:
     """Milliseconds of a frame by its number of lights without shadows."""
     result = {}
     for count in COUNTS:

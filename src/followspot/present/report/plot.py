@@ -13,8 +13,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from followspot.arrays import Floats
 from followspot.present.report import svg
-from followspot.present.report.ticks import Axis, Scale, Values, number
+from followspot.present.report.ticks import Axis, Scale, number
 
 __all__ = ["Axis", "Line", "Mark", "bars", "dots", "heat_map", "lines"]
 
@@ -233,7 +234,7 @@ class _Rows:
         widest = max((svg.width_of(row) for row in rows), default=0.0)
         self.left = min(widest + 12, svg.WIDTH * 0.45)
         step = height + 8
-        self.middles: Values = self.top + step * (np.arange(len(rows), dtype=np.float64) + 0.5)
+        self.middles: Floats = self.top + step * (np.arange(len(rows), dtype=np.float64) + 0.5)
         self.bottom = self.top + step * len(rows)
         for row, y in zip(rows, self.middles, strict=True):
             self.parts.append(
@@ -241,7 +242,7 @@ class _Rows:
             )
 
 
-def _values(values: ArrayLike) -> Values:
+def _values(values: ArrayLike) -> Floats:
     return np.asarray(values, np.float64).ravel()
 
 
