@@ -5,8 +5,8 @@ columns (OpenGL 3.3 core specification, table 3.10). The shader looks up by worl
 Z up, so each image is turned once, here.
 """
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ class CubeMap:
 
     name: str
     faces: NDArray[np.uint8]
+    _means: dict[int, Floats] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def top_level(self) -> float:
@@ -57,6 +58,12 @@ class CubeMap:
         return low if mix == 0 else low * (1 - mix) + self._central_mean(lower + 1) * mix
 
     def _central_mean(self, level: int) -> Floats:
+        """(6, 3) of a whole level, counted once: the viewer asks in every frame."""
+        if level not in self._means:
+            self._means[level] = self._counted_mean(level)
+        return self._means[level]
+
+    def _counted_mean(self, level: int) -> Floats:
         size = self.faces.shape[1]
         width = min(size, 2 ** (level + 1))
         start = (size - width) // 2
@@ -67,7 +74,7 @@ class CubeMap:
         return np.asarray(shares @ _linear_table())
 
 
-@lru_cache
+@cache
 def _linear_table() -> Floats:
     return srgb_to_linear(np.arange(256) / 255.0).astype(np.float64)
 
