@@ -15,7 +15,6 @@ from figures import at, figure, key, mixed, placed, puppet, with_characters
 from followspot.assets.animation import Pose
 from followspot.assets.md3 import between
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
@@ -70,7 +69,7 @@ def frame_input(
     scene: Scene, view: Camera, time: float, stage: View = View.FINAL, **changes: Any
 ) -> FrameInput:
     settings = Settings(exposure=1.0, **changes)
-    return FrameInput(scene, view, lighting.in_order(scene.lights), settings, 1.0, stage, time)
+    return FrameInput(scene, view, settings, 1.0, stage, time)
 
 
 def report(renderer: Renderer, scene: Scene, view: Camera, time: float) -> FrameReport:

@@ -15,7 +15,6 @@ from conftest import Draw
 from figures import figure
 from followspot.errors import UsageError
 from followspot.gpu.targets import Part
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
@@ -50,8 +49,7 @@ def one_that_bobs() -> Crowd:
 
 
 def frame_of(scene: Scene, view: Camera, stage: View = View.FINAL, **fields: Any) -> FrameInput:
-    lights = lighting.in_order(scene.lights)
-    return FrameInput(scene, view, lights, Settings(exposure=1.0), 1.0, stage, **fields)
+    return FrameInput(scene, view, Settings(exposure=1.0), 1.0, stage, **fields)
 
 
 def shown(renderer: Renderer, frame: FrameInput, part: Part | None = None) -> NDArray[np.uint8]:

@@ -172,7 +172,7 @@ def test_vertex_stage_projection_equals_projection_at_each_pixel(
     depth = draw(scene, view, View.DEPTH)
     normals = draw(scene, view, View.NORMALS) * 2 - 1
 
-    renderer.draw(FrameInput(scene, view, (light,), settings, 1.0, View.SHADOW))
+    renderer.draw(FrameInput(scene, view, settings, 1.0, View.SHADOW))
     pipeline = renderer._pipeline
     assert pipeline is not None and pipeline.shadow.atlas is not None
     tile = pipeline.shadow.tiles[0].frustum

@@ -14,7 +14,6 @@ from conftest import Draw
 from followspot.arrays import Floats
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import UsageError
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
@@ -357,9 +356,7 @@ def report(
     stage: View = View.FINAL,
 ) -> FrameReport:
     renderer.open(scene)
-    return renderer.draw(
-        FrameInput(scene, view, lighting.in_order(scene.lights), settings, 1.0, stage)
-    )
+    return renderer.draw(FrameInput(scene, view, settings, 1.0, stage))
 
 
 def test_shadow_map_of_the_whole_cone_is_redrawn_only_for_a_reason(renderer: Renderer) -> None:

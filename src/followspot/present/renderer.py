@@ -144,22 +144,12 @@ class Renderer:
             raise UsageError("overlays are drawn in displayed colours, not over float values")
         if Overlay.CAMERA_FRUSTUM in shown and culled_from is None:
             raise UsageError("camera-frustum needs a camera to cull from other than the picture's")
-        lights = lighting.in_order(scene.lights)
-        self.open(scene)
-        needs_exposure = not linear and any(view.is_light for view in wanted)
-        exposure = 1.0
-        if needs_exposure:
-            exposure = self.exposure(scene, camera, settings, time=time)
         frame = FrameInput(
-            scene,
-            camera,
-            lights,
-            settings,
-            exposure,
-            time=time,
-            overlays=shown,
-            culled_from=culled_from,
+            scene, camera, settings, 1.0, time=time, overlays=shown, culled_from=culled_from
         )
+        self.open(scene)
+        if not linear and any(view.is_light for view in wanted):
+            frame = replace(frame, exposure=self.exposure(scene, camera, settings, time=time))
         self._make_current()
         return {view: self._picture(replace(frame, view=view), linear) for view in wanted}
 
@@ -267,14 +257,12 @@ class Renderer:
         if settings.exposure is not None:
             return settings.exposure
         self.open(scene)
-        lights = lighting.in_order(scene.lights)
-        frame = FrameInput(scene, camera, lights, settings, 1.0, view, time)
-        self.draw(frame, linear=True)
+        self.draw(FrameInput(scene, camera, settings, 1.0, view, time), linear=True)
         return automatic(self._targets[True].read(components=4))
 
     def has_shadow_map(self, scene: Scene, settings: Settings) -> bool:
         """Whether the scene's key light has a shadow map under these settings."""
-        return bool(lighting.shadowed(lighting.in_order(scene.lights), settings))
+        return bool(lighting.shadowed(scene.lights, settings))
 
     def close(self) -> None:
         """Give back everything on the GPU; a second time, nothing."""

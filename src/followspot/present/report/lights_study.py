@@ -170,7 +170,7 @@ def _mean_count(mask: Mask) -> float:
 
 def _window(scene: Scene, camera: Camera, size: tuple[int, int]) -> float | None:
     """Share of the key light's cone, as a square, that its wide tile covers; none without one."""
-    shadowed = lighting.shadowed(lighting.in_order(scene.lights), scene.settings)
+    shadowed = lighting.shadowed(scene.lights, scene.settings)
     if not shadowed:
         return None
     found = fitted(scene, camera, size, shadowed[0], scene.settings)
