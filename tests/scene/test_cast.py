@@ -15,7 +15,8 @@ from followspot.scene.camera import Camera
 from followspot.scene.cast import actors, characters
 from followspot.scene.figure_file import FigureFiles, is_model
 from followspot.scene.ground import Ground
-from followspot.scene.load import BUILTIN, load, load_figure
+from followspot.scene.load import load, load_figure
+from followspot.scene.search import BUILTIN
 from followspot.spaces import vec3
 from model_fixtures import small_md2, small_md3, write_md2, write_md3, write_player
 from synthetic import box, floor, make_scene

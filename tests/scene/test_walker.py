@@ -12,8 +12,8 @@ from followspot.assets.locate import locate_level, search_path
 from followspot.game import EYE_HEIGHT, GRAVITY, RUN_SPEED, STEP_HEIGHT
 from followspot.levelbuilder.level import Level
 from followspot.scene.collision import GAP, PATCH_TOLERANCE, STANDING, CollisionWorld
-from followspot.scene.load import BUILTIN
 from followspot.scene.scene import spawn_cameras
+from followspot.scene.search import BUILTIN
 from followspot.scene.slide import Motion, step_slide
 from followspot.scene.walker import (
     CROUCHED_EYE_HEIGHT,

@@ -20,7 +20,7 @@ from followspot.assets.shader_parser import load_scripts
 from followspot.present.console import open_console
 from followspot.scene import figure_file
 from followspot.scene.figure_file import PLAYER, FigureFiles
-from followspot.scene.load import search_roots
+from followspot.scene.search import search_roots
 
 
 def is_model(name: str) -> bool:

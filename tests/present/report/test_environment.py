@@ -22,8 +22,9 @@ from followspot.present.report import environment_answer
 from followspot.present.report import environment_study as study
 from followspot.present.report.environment_study import HARMONICS, LITERAL, SIX, TRUE_SIX
 from followspot.present.report.material import Material
-from followspot.scene.load import BUILTIN, BUILTIN_SKY, read_sky
+from followspot.scene.load import BUILTIN_SKY, read_sky
 from followspot.scene.scene import Scene
+from followspot.scene.search import BUILTIN
 from followspot.scene.sky import CubeMap
 from synthetic import BLACK_SKY, DIM, WHITE_SKY, camera, cube_map, make_scene, sphere
 
