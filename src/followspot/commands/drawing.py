@@ -189,6 +189,7 @@ def film(
     followspot film oa_dm5 -o fly.mp4 --seconds 20 --max-bytes 2000000 --jobs 2
     """  # noqa: D301
     from followspot.present import film as film_
+    from followspot.present.film_plan import FilmWish
     from followspot.present.still import Wish
 
     wish = Wish(
@@ -202,7 +203,7 @@ def film(
         sky_light=not no_sky_light,
         items=items,
     )
-    film_wish = film_.FilmWish(path, seconds, fps, samples, supersample, max_bytes, jobs)
+    film_wish = FilmWish(path, seconds, fps, samples, supersample, max_bytes, jobs)
     raise typer.Exit(film_.run(scene, output, wish, film_wish))
 
 
@@ -238,7 +239,7 @@ def report(
     followspot report courtyard -o out/report
     followspot report oa_dm5 --no-film -o out/report
     """  # noqa: D301
-    from followspot.present.film import FilmWish
+    from followspot.present.film_plan import FilmWish
     from followspot.present.report import run as report_
     from followspot.present.still import Wish
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from followspot.present.film import FilmWish
+from followspot.present.film_plan import FilmWish
 from followspot.present.report import plot
 from followspot.present.report.formula import formula
 from followspot.present.report.material import Material
