@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import followspot.builtin
-from followspot.assets.bsp import BspFile, read_bsp
+from followspot.assets.bsp import BspFile
+from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.shader_parser import find_entries
 from followspot.builtin import build_courtyard
 from followspot.builtin.courtyard_materials import SUN_PITCH, SUN_YAW

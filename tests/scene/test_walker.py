@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from walk_levels import SIZE, Obstacles, block, compiled, hall, ramp
 
-from followspot.assets.bsp import read_bsp
+from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.locate import locate_level, search_path
 from followspot.game import EYE_HEIGHT, GRAVITY, RUN_SPEED, STEP_HEIGHT
 from followspot.levelbuilder.level import Level

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from patch_geometry import surface
 
 from followspot.arrays import Floats
-from followspot.assets.bsp import BspFile, FaceType, read_bsp
+from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.surface_flags import Contents, Surface
 from followspot.levelbuilder.brush import Brush, hull, room
 from followspot.levelbuilder.brush import box as box_brush

@@ -9,7 +9,8 @@ import msgspec
 
 from followspot.assets import image
 from followspot.assets.archive import Archive
-from followspot.assets.bsp import BspFile, read_bsp
+from followspot.assets.bsp import BspFile
+from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.image import Image
 from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.assets.shader_parser import load_scripts
