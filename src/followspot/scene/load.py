@@ -13,7 +13,7 @@ from followspot.assets.bsp import BspFile
 from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.image import Image
 from followspot.assets.mesh_file import MESH_SUFFIXES
-from followspot.assets.shader_parser import load_scripts
+from followspot.assets.script_files import load_scripts
 from followspot.assets.surface_flags import Surface
 from followspot.errors import AssetError, asked_by
 from followspot.scene import (
