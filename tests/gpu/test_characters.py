@@ -400,8 +400,7 @@ def test_the_kept_depth_comes_back_where_characters_were() -> None:
     def atlas(renderer: Renderer, time: float) -> Any:
         report(renderer, scene, VIEW, time)
         renderer.finish()  # Mesa's llvmpipe may not wait for what is still being drawn
-        pipeline = renderer._pipeline
-        assert pipeline is not None
+        pipeline = renderer.pipeline
         return np.frombuffer(pipeline.shadow.atlas.read(alignment=1), "<f4")
 
     with Renderer((96, 72)) as renderer:

@@ -272,8 +272,7 @@ def test_no_gl_object_is_created_inside_a_frame(renderer: Renderer, village: Sce
     """All views, with and without shadows, from several places, also where maps are redrawn."""
     assert len(CREATORS) > 12
     renderer.open(village)
-    pipeline = renderer._pipeline
-    assert pipeline is not None
+    pipeline = renderer.pipeline
     for stage in VIEWS_OF_A_STAGE:
         for shadows in (True, False):
             first = frame_input(village, VIEWS[0], stage, shadows=shadows)

@@ -173,8 +173,7 @@ def test_vertex_stage_projection_equals_projection_at_each_pixel(
     normals = draw(scene, view, View.NORMALS) * 2 - 1
 
     renderer.draw(FrameInput(scene, view, settings, 1.0, View.SHADOW))
-    pipeline = renderer._pipeline
-    assert pipeline is not None and pipeline.shadow.atlas is not None
+    pipeline = renderer.pipeline
     tile = pipeline.shadow.tiles[0].frustum
     raw = pipeline.shadow.atlas.read(alignment=1)
     stored = np.frombuffer(raw, np.float32).reshape(256, 256)

@@ -67,8 +67,7 @@ def texel_on(
 
 def texel_at_one(renderer: Renderer) -> float:
     """Size of a texel of the wide tile drawn last, in the plane at distance 1."""
-    assert renderer._pipeline is not None
-    return renderer._pipeline.shadow.tiles[0].frustum.texel
+    return renderer.pipeline.shadow.tiles[0].frustum.texel
 
 
 def half_plane(turn: Floats) -> list[Piece]:
