@@ -25,7 +25,7 @@ from followspot.present.comparison import (
     visibility_figures,
 )
 from followspot.present.console import open_console, working
-from followspot.present.raytracer import load_mitsuba
+from followspot.present.mitsuba_scene import load_mitsuba
 from followspot.present.renderer import Renderer
 from followspot.present.sky_irradiance import irradiance, radiance
 from followspot.present.still import Wish, open_scene
