@@ -12,9 +12,11 @@ from followspot.present.report import plot
 from followspot.present.report.bias_samples import REACH
 from followspot.present.report.bias_study import CONTACT, OFFSETS, BiasStudy, Rates, study
 from followspot.present.report.material import Material
-from followspot.present.report.plot import Axis, Line, Mark
+from followspot.present.report.plot import Line
+from followspot.present.report.plot_frame import Mark
 from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
+from followspot.present.report.ticks import Axis
 from followspot.scene.settings import CullFace
 
 LABELS = {

@@ -13,10 +13,10 @@ from followspot.present import sky_irradiance
 from followspot.present.report import environment_study as study
 from followspot.present.report.environment_study import HARMONICS, LITERAL, SIX, TRUE_SIX, SkyErrors
 from followspot.present.report.material import Material
-from followspot.present.report.plot import Axis, Line, dots, heat_map, lines
+from followspot.present.report.plot import Line, dots, heat_map, lines
 from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
-from followspot.present.report.ticks import count, number
+from followspot.present.report.ticks import Axis, count, number
 from followspot.scene.sky import CubeMap
 
 NORMALS = 4096

@@ -21,10 +21,11 @@ from followspot.present.report.interpolation_study import (
     rasterise,
 )
 from followspot.present.report.material import Material
-from followspot.present.report.plot import Axis, Line, Mark, heat_map, lines
+from followspot.present.report.plot import Line, heat_map, lines
+from followspot.present.report.plot_frame import Mark
 from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
-from followspot.present.report.ticks import count, number
+from followspot.present.report.ticks import Axis, count, number
 from followspot.scene.light import SpotLight, casting
 from followspot.scene.scene import Scene
 
