@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from followspot.assets.entities import parse_entities
+from followspot.assets.entities import entity_flags, entity_vector, parse_entities
 from followspot.errors import AssetError
 
 
@@ -73,3 +73,27 @@ def test_long_hostile_text_ends(unit: str) -> None:
     """Linear time: with quadratic time this would take minutes."""
     with contextlib.suppress(AssetError):
         parse_entities(unit * (1_000_000 // len(unit)), "a.bsp")
+
+
+@pytest.mark.parametrize("text", ["", "1 2", "1 2 3 4", "a b c", "1 2 inf", "nan 0 0"])
+def test_malformed_vectors_are_none(text: str) -> None:
+    assert entity_vector({"origin": text}, "origin") is None
+    assert entity_vector({}, "origin") is None
+
+
+@pytest.mark.parametrize(
+    ("text", "flags"),
+    [("1", 1), (" 1", 1), ("1 ", 1), ("2049x", 2049), ("-1", -1), ("", 0), ("x1", 0), ("²", 0)],
+)
+def test_flags_are_read_as_the_game_reads_them(text: str, flags: int) -> None:
+    assert entity_flags({"spawnflags": text}) == flags
+
+
+def test_flags_of_any_length_are_taken() -> None:
+    assert entity_flags({}) == 0
+    assert entity_flags({"spawnflags": "9" * 5000}) == 99999999
+
+
+def test_vectors() -> None:
+    vector = entity_vector({"origin": " 1  -2.5 3e2 "}, "origin")
+    assert vector is not None and vector.tolist() == [1, -2.5, 300]

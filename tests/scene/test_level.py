@@ -169,27 +169,3 @@ def test_a_face_that_lies_in_no_leaf_is_seen_from_everywhere() -> None:
     visibility = build(replace(bsp, leaf_faces=np.array([0], np.int32))).visibility
     assert visibility.faces_from(np.array([10.0, 0, 0])).tolist() == [True, True]
     assert visibility.faces_from(np.array([-10.0, 0, 0])).tolist() == [True, True]
-
-
-@pytest.mark.parametrize("text", ["", "1 2", "1 2 3 4", "a b c", "1 2 inf", "nan 0 0"])
-def test_malformed_vectors_are_none(text: str) -> None:
-    assert level.entity_vector({"origin": text}, "origin") is None
-    assert level.entity_vector({}, "origin") is None
-
-
-@pytest.mark.parametrize(
-    ("text", "flags"),
-    [("1", 1), (" 1", 1), ("1 ", 1), ("2049x", 2049), ("-1", -1), ("", 0), ("x1", 0), ("²", 0)],
-)
-def test_flags_are_read_as_the_game_reads_them(text: str, flags: int) -> None:
-    assert level.entity_flags({"spawnflags": text}) == flags
-
-
-def test_flags_of_any_length_are_taken() -> None:
-    assert level.entity_flags({}) == 0
-    assert level.entity_flags({"spawnflags": "9" * 5000}) == 99999999
-
-
-def test_vectors() -> None:
-    vector = level.entity_vector({"origin": " 1  -2.5 3e2 "}, "origin")
-    assert vector is not None and vector.tolist() == [1, -2.5, 300]

@@ -4,8 +4,13 @@ Strings know no escapes and may run over lines. Words without quotes and comment
 are taken, as the engine's own tokenizer takes them (`COM_Parse` in ioquake3's `q_shared.c`).
 """
 
+import math
 import re
 
+import numpy as np
+
+from followspot.arrays import Floats
+from followspot.assets.bsp import BspFile
 from followspot.errors import AssetError
 
 _TOKEN = re.compile(
@@ -16,6 +21,7 @@ _TOKEN = re.compile(
       | (?P<word> [^\s{}"]+ )""",
     re.VERBOSE | re.DOTALL,
 )
+_FLAGS = re.compile(r"\s*([+-]?[0-9]{1,8})", re.ASCII)
 
 
 def parse_entities(text: str, source: str) -> tuple[dict[str, str], ...]:
@@ -67,3 +73,49 @@ def parse_entities(text: str, source: str) -> tuple[dict[str, str], ...]:
     if entity is not None:
         raise error(len(text), "}", "the end of the text")
     return tuple(entities)
+
+
+def model_number(bsp: BspFile, entity: dict[str, str]) -> int | None:
+    """Which brush model an entity places, if it does; never the world, which stands by itself."""
+    name = entity.get("model", "")
+    if not (name.startswith("*") and name[1:].isdecimal() and len(name) < 9):
+        return None
+    number = int(name[1:])
+    return number if 0 < number < len(bsp.models) else None
+
+
+def entity_vector(entity: dict[str, str], key: str) -> Floats | None:
+    """Three finite numbers of an entity's key, or none where they are missing or malformed."""
+    try:
+        vector = np.array([float(word) for word in entity[key].split()], np.float64)
+    except (KeyError, ValueError):
+        return None
+    return vector if vector.shape == (3,) and np.isfinite(vector).all() else None
+
+
+def entity_angles(entity: dict[str, str]) -> tuple[float, float]:
+    """(yaw, pitch) in degrees of an entity's ``angles`` or ``angle``; 0 if malformed."""
+    angles = entity_vector(entity, "angles")
+    if angles is not None:
+        return float(angles[1]), float(angles[0])
+    try:
+        yaw = float(entity.get("angle", "0"))
+    except ValueError:
+        return 0.0, 0.0
+    return (yaw if math.isfinite(yaw) else 0.0), 0.0
+
+
+def target_of(bsp: BspFile, entity: dict[str, str]) -> dict[str, str]:
+    """The first entity that another one names as its target, in any case; empty where none is.
+
+    Of several the game takes any.
+    """
+    name = entity.get("target", "").lower()
+    named = (e for e in bsp.entities if name and e.get("targetname", "").lower() == name)
+    return next(named, {})
+
+
+def entity_flags(entity: dict[str, str]) -> int:
+    """An entity's ``spawnflags`` as C's ``atoi`` reads them, but no more than eight digits."""
+    match = _FLAGS.match(entity.get("spawnflags", ""))
+    return int(match.group(1)) if match else 0

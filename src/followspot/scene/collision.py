@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from followspot.arrays import Floats, Ints
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.entities import entity_vector, model_number
 from followspot.assets.surface_flags import Contents
 from followspot.game import FLOOR_BELOW_PLAYER
 from followspot.scene import bsp_tree, patch, solids
-from followspot.scene.level import entity_vector, model_number
 from followspot.scene.mesh import VERTEX
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3

@@ -11,13 +11,13 @@ import numpy as np
 
 from followspot.arrays import Floats
 from followspot.assets.bsp import BspFile
+from followspot.assets.entities import entity_flags, entity_vector
 from followspot.errors import AssetError
 from followspot.scene import figure, walk
 from followspot.scene.character import Character
 from followspot.scene.figure import Figure
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
-from followspot.scene.level import entity_flags, entity_vector
 
 ABOVE_FLOOR = 15.0
 """Units from an item's origin down to the floor (``ITEM_RADIUS``)."""

@@ -1,7 +1,5 @@
 """From the records of a BSP file to one mesh, its materials and what can see what."""
 
-import math
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.entities import entity_vector, model_number
 from followspot.assets.shader_script import ShaderScript
 from followspot.scene import bsp_tree, material, patch
 from followspot.scene.material import FindImage, Material
@@ -19,7 +18,6 @@ from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
 PATCH_TOLERANCE = 1.0
 """Units by which a patch's triangles may miss the curved surface: 3 cm."""
 
-_FLAGS = re.compile(r"\s*([+-]?[0-9]{1,8})", re.ASCII)
 
 FindScript = Callable[[str], ShaderScript | None]
 
@@ -162,52 +160,6 @@ def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
         first = model["first_face"]
         offsets[first : first + model["face_count"]] = moved
     return offsets
-
-
-def model_number(bsp: BspFile, entity: dict[str, str]) -> int | None:
-    """Which brush model an entity places, if it does; never the world, which stands by itself."""
-    name = entity.get("model", "")
-    if not (name.startswith("*") and name[1:].isdecimal() and len(name) < 9):
-        return None
-    number = int(name[1:])
-    return number if 0 < number < len(bsp.models) else None
-
-
-def entity_vector(entity: dict[str, str], key: str) -> Floats | None:
-    """Three finite numbers of an entity's key, or none where they are missing or malformed."""
-    try:
-        vector = np.array([float(word) for word in entity[key].split()], np.float64)
-    except (KeyError, ValueError):
-        return None
-    return vector if vector.shape == (3,) and np.isfinite(vector).all() else None
-
-
-def entity_angles(entity: dict[str, str]) -> tuple[float, float]:
-    """(yaw, pitch) in degrees of an entity's ``angles`` or ``angle``; 0 if malformed."""
-    angles = entity_vector(entity, "angles")
-    if angles is not None:
-        return float(angles[1]), float(angles[0])
-    try:
-        yaw = float(entity.get("angle", "0"))
-    except ValueError:
-        return 0.0, 0.0
-    return (yaw if math.isfinite(yaw) else 0.0), 0.0
-
-
-def target_of(bsp: BspFile, entity: dict[str, str]) -> dict[str, str]:
-    """The first entity that another one names as its target, in any case; empty where none is.
-
-    Of several the game takes any.
-    """
-    name = entity.get("target", "").lower()
-    named = (e for e in bsp.entities if name and e.get("targetname", "").lower() == name)
-    return next(named, {})
-
-
-def entity_flags(entity: dict[str, str]) -> int:
-    """An entity's ``spawnflags`` as C's ``atoi`` reads them, but no more than eight digits."""
-    match = _FLAGS.match(entity.get("spawnflags", ""))
-    return int(match.group(1)) if match else 0
 
 
 def _moved_vertices(

@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from followspot import spaces
 from followspot.assets.archive import Archive
 from followspot.assets.bsp import BspFile
+from followspot.assets.entities import entity_angles, entity_vector, target_of
 from followspot.assets.shader_values import Sun
 from followspot.errors import AssetError, UsageError
 from followspot.game import EYE_HEIGHT
 from followspot.scene.camera import Camera
 from followspot.scene.character import Crowd
-from followspot.scene.level import Level, Visibility, entity_angles, entity_vector, target_of
+from followspot.scene.level import Level, Visibility
 from followspot.scene.light import Light
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh

@@ -13,16 +13,16 @@ import numpy as np
 from followspot.arrays import Floats
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile
-from followspot.game import GRAVITY
-from followspot.scene import solids
-from followspot.scene.collision import Box, Probe
-from followspot.scene.level import (
+from followspot.assets.entities import (
     entity_angles,
     entity_flags,
     entity_vector,
     model_number,
     target_of,
 )
+from followspot.game import GRAVITY
+from followspot.scene import solids
+from followspot.scene.collision import Box, Probe
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from followspot.arrays import Floats, Mask
+from followspot.assets.entities import entity_vector
 from followspot.passes import drawlist
 from followspot.scene import bsp_tree
-from followspot.scene.level import entity_vector
 from followspot.scene.mesh import FLAT
 from followspot.scene.scene import Scene
 from followspot.spaces import directions_around, vec3
