@@ -71,6 +71,22 @@ def test_blended_surfaces(
     assert made(*stages) == replace(WALL, blend=blend, shade=shade)
 
 
+@pytest.mark.parametrize(
+    ("blend", "adds"),
+    [
+        (ADDS, True),
+        ((Factor.SRC_ALPHA, Factor.ONE), True),
+        (MIXES, False),
+        (FILTERS, False),
+        (BRIGHTENS, False),  # what it adds depends on what is there
+        ((Factor.DST_ALPHA, Factor.ONE), False),
+        (None, False),
+    ],
+)
+def test_what_only_adds(blend: tuple[Factor, Factor] | None, adds: bool) -> None:
+    assert replace(WALL, blend=blend).only_adds is adds
+
+
 def test_cut_out_surfaces_are_not_blended_too() -> None:
     leaf = Material("s", "leaf", alpha_test=AlphaTest.GE128)
     assert made("map leaf; alphaFunc GE128") == leaf

@@ -20,6 +20,13 @@ _HIDDEN = Surface.SKY | Surface.NODRAW | Surface.HINT | Surface.SKIP
 
 _COVERS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
 _BRIGHTENS = (BlendFactor.DST_COLOR, BlendFactor.ONE)
+_OF_SOURCE = {
+    BlendFactor.ONE,
+    BlendFactor.SRC_COLOR,
+    BlendFactor.ONE_MINUS_SRC_COLOR,
+    BlendFactor.SRC_ALPHA,
+    BlendFactor.ONE_MINUS_SRC_ALPHA,
+}
 _MULTIPLIES = {
     _BRIGHTENS,
     (BlendFactor.DST_COLOR, BlendFactor.ZERO),
@@ -84,6 +91,14 @@ class Material:
     def uses_alpha(self) -> bool:
         """Whether the image's alpha matters."""
         return self.alpha_test is not None or self.blend is not None
+
+    @property
+    def only_adds(self) -> bool:
+        """Whether it adds light to what stands there, and the same whatever that is."""
+        if self.blend is None:
+            return False
+        source, destination = self.blend
+        return destination is BlendFactor.ONE and source in _OF_SOURCE
 
     @property
     def is_two_sided(self) -> bool:
