@@ -16,7 +16,6 @@ os.environ.update(common.LLVMPIPE)  # before a GL library is loaded
 from followspot import Renderer
 from followspot.errors import FollowspotError
 from followspot.passes.frame import FrameInput
-from followspot.passes.lighting import in_order
 from followspot.present.arguments import parse_camera
 from followspot.present.bench import Timing, frame_times
 from followspot.scene.camera import Camera
@@ -67,7 +66,7 @@ def open_scene(
 def draw(renderer: Renderer, scene: Scene, camera: Camera) -> float:
     """Draw one frame and wait for it; gives its milliseconds."""
     renderer.open(scene)
-    frame = FrameInput(scene, camera, in_order(scene.lights), scene.settings, exposure=1.0)
+    frame = FrameInput(scene, camera, scene.settings, exposure=1.0)
     start = time.perf_counter()
     renderer.draw(frame)
     renderer.finish()

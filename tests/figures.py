@@ -6,14 +6,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from followspot.arrays import Floats
 from followspot.assets.animation import Animation
 from followspot.scene.character import Character, Crowd
 from followspot.scene.figure import Figure, FigurePart, Piece, joined
 from followspot.scene.scene import Scene
 from followspot.scene.walk import standing
 from followspot.spaces import Mat4
-from synthetic import Array, rotation, turned
 from synthetic import Piece as StaticPiece
+from synthetic import rotation, turned
 
 Frames = Sequence[Sequence[StaticPiece]]
 """The same triangles at each key frame."""
@@ -56,7 +57,7 @@ def puppet(parts: Sequence[Frames], torso: Mat4, head: Mat4) -> Figure:
     return Figure("player:test", made, animations, torso, head)
 
 
-def key(shift: ArrayLike, turn: Array | None = None) -> Mat4:
+def key(shift: ArrayLike, turn: Floats | None = None) -> Mat4:
     """A (4, 4) matrix that turns, then moves."""
     matrix = np.eye(4)
     matrix[:3, :3] = np.eye(3) if turn is None else turn

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
+from followspot.arrays import Floats
 from followspot.assets.archive import Archive
 from followspot.assets.bsp import LUMPS, BspFile
 from followspot.scene.camera import Camera
@@ -26,8 +27,6 @@ from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from followspot.scene.sky import CubeMap
 from followspot.spaces import vec3
-
-Array = NDArray[np.float64]
 
 SIZE = (160, 120)
 """(width, height) of the pictures of the session's one renderer."""
@@ -98,7 +97,7 @@ def sphere(centre: ArrayLike, radius: float, rings: int = 24, normals_of: int = 
     return Piece(vertices, triangles.ravel().astype(np.uint32))
 
 
-def turned(pieces: Sequence[Piece], rotation: Array, shift: ArrayLike = (0, 0, 0)) -> list[Piece]:
+def turned(pieces: Sequence[Piece], rotation: Floats, shift: ArrayLike = (0, 0, 0)) -> list[Piece]:
     """The pieces rotated by a (3, 3) matrix about the origin, then moved."""
     result = []
     for piece in pieces:
@@ -109,7 +108,7 @@ def turned(pieces: Sequence[Piece], rotation: Array, shift: ArrayLike = (0, 0, 0
     return result
 
 
-def rotation(axis: ArrayLike, degrees: float) -> Array:
+def rotation(axis: ArrayLike, degrees: float) -> Floats:
     """(3, 3) rotation about an axis by the right-hand rule (Rodrigues)."""
     x, y, z = np.asarray(axis, np.float64) / np.linalg.norm(axis)
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -242,7 +241,7 @@ def spot(
     )
 
 
-def rays(view: Camera, size: tuple[int, int] = SIZE) -> Array:
+def rays(view: Camera, size: tuple[int, int] = SIZE) -> Floats:
     """(h, w, 3) world directions through the pixels' middles, one unit long along the view axis.
 
     Quake's convention from scratch: yaw turns from +X towards +Y, positive pitch looks down, the
@@ -262,7 +261,7 @@ def rays(view: Camera, size: tuple[int, int] = SIZE) -> Array:
     )
 
 
-def on_plane(view: Camera, normal: ArrayLike, distance: float = 0.0) -> tuple[Array, Array]:
+def on_plane(view: Camera, normal: ArrayLike, distance: float = 0.0) -> tuple[Floats, Floats]:
     """Where each pixel's ray meets the plane ``normal . p = distance``.
 
     Returns:
@@ -275,13 +274,13 @@ def on_plane(view: Camera, normal: ArrayLike, distance: float = 0.0) -> tuple[Ar
         return view.position + towards * depth[..., np.newaxis], depth
 
 
-def srgb_decoded(values: ArrayLike) -> Array:
+def srgb_decoded(values: ArrayLike) -> Floats:
     """Display values in [0, 1] to linear ones (IEC 61966-2-1)."""
     v = np.asarray(values, np.float64)
     return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
 
 
-def srgb_encoded(values: ArrayLike) -> Array:
+def srgb_encoded(values: ArrayLike) -> Floats:
     """Linear values to display values, both in [0, 1]."""
     v = np.clip(np.asarray(values, np.float64), 0, 1)
     return np.where(v <= 0.0031308, v * 12.92, 1.055 * v ** (1 / 2.4) - 0.055)

@@ -7,11 +7,9 @@ import pylinalg as la
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from followspot import spaces
-
-Array = NDArray[np.float64]
+from followspot.arrays import Floats
 
 coordinates = st.floats(-1e4, 1e4).map(lambda x: round(x, 3))
 points = st.tuples(coordinates, coordinates, coordinates).map(spaces.vec3)
@@ -20,7 +18,7 @@ pitches = st.floats(-90, 90)
 fovs = st.floats(1, 170)
 
 
-def perspective_by_pylinalg(fov_x: float, fov_y: float, near: float, far: float) -> Array:
+def perspective_by_pylinalg(fov_x: float, fov_y: float, near: float, far: float) -> Floats:
     right, top = near * math.tan(math.radians(fov_x) / 2), near * math.tan(math.radians(fov_y) / 2)
     return np.asarray(la.mat_perspective(-right, right, top, -top, near, far, depth_range=(-1, 1)))
 
@@ -191,7 +189,7 @@ weights = st.tuples(st.floats(0.01, 1), st.floats(0.01, 1), st.floats(0.01, 1)).
 
 @given(triangles, weights, points, st.floats(10, 150))
 def test_projecting_before_interpolation_equals_projecting_after_it(
-    vertices: Array, screen: Array, position: spaces.Vec3, fov: float
+    vertices: Floats, screen: Floats, position: spaces.Vec3, fov: float
 ) -> None:
     """What the rasteriser does to a varying, against the matrix at the pixel's own position.
 

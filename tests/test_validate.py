@@ -15,7 +15,8 @@ from followspot.assets.shader_values import AlphaTest, Sides
 from followspot.errors import UsageError
 from followspot.passes.view import View
 from followspot.present.comparison import Validation, radiance_figures, visibility_figures
-from followspot.present.raytracer import RayTracer, load_mitsuba
+from followspot.present.mitsuba_scene import load_mitsuba
+from followspot.present.raytracer import RayTracer
 from followspot.present.renderer import Renderer
 from followspot.present.sky_irradiance import irradiance, radiance
 from followspot.present.validate import measure

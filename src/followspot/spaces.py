@@ -11,18 +11,16 @@ Matrices are float64, act on column vectors and are named ``to_from_from``:
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vec3 = NDArray[np.float64]
+from followspot.arrays import Floats
+
+Vec3 = Floats
 """(3,) float64."""
-Mat4 = NDArray[np.float64]
+Mat4 = Floats
 """(4, 4) float64, acting on column vectors."""
 
 METRES_PER_UNIT = 0.03
 """Default length of a Quake unit: a 56-unit player is 1.7 m tall."""
-
-EYE_HEIGHT = 26.0
-"""Height of the eye above a player's origin, in units (the game's DEFAULT_VIEWHEIGHT)."""
 
 VIEW_FROM_EYE: Mat4 = np.array(
     [[0, -1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]], dtype=np.float64
@@ -94,7 +92,7 @@ def vertical_fov(horizontal: float, aspect: float) -> float:
     return math.degrees(2 * math.atan(math.tan(math.radians(horizontal) / 2) / aspect))
 
 
-def directions_around(count: int) -> NDArray[np.float64]:
+def directions_around(count: int) -> Floats:
     """(count, 3) unit vectors spread evenly over the sphere (a Fibonacci lattice)."""
     k = np.arange(count) + 0.5
     z = 1 - 2 * k / count
@@ -102,7 +100,7 @@ def directions_around(count: int) -> NDArray[np.float64]:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
 
 
-def box_corners(mins: Vec3, maxs: Vec3) -> NDArray[np.float64]:
+def box_corners(mins: Vec3, maxs: Vec3) -> Floats:
     """The (8, 3) corners of a box, same space and units."""
     choose = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij")).reshape(3, 8).T
     return np.where(choose == 0, mins, maxs).astype(np.float64)

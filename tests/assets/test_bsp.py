@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from followspot.assets.binary import run_members
-from followspot.assets.bsp import HEADER, LUMPS, WORLD_LIMIT, BspFile, FaceType, read_bsp
+from followspot.assets.bsp import HEADER, LUMPS, WORLD_LIMIT, BspFile, FaceType
+from followspot.assets.bsp_reader import read_bsp
 from followspot.errors import AssetError
 
 ARRAYS = [name for name in LUMPS if name not in ("entities", "visibility")]

@@ -9,7 +9,8 @@ import pytest
 from bsp_fixtures import openarena_level
 from bsp_tool.branches.id_software import quake3
 
-from followspot.assets.bsp import LUMPS, read_bsp
+from followspot.assets.bsp import LUMPS
+from followspot.assets.bsp_reader import read_bsp
 
 Get = Callable[[Any], Any]
 

@@ -15,7 +15,6 @@ from figures import at, figure, key, mixed, placed, puppet, with_characters
 from followspot.assets.animation import Pose
 from followspot.assets.md3 import between
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
@@ -70,7 +69,7 @@ def frame_input(
     scene: Scene, view: Camera, time: float, stage: View = View.FINAL, **changes: Any
 ) -> FrameInput:
     settings = Settings(exposure=1.0, **changes)
-    return FrameInput(scene, view, lighting.in_order(scene.lights), settings, 1.0, stage, time)
+    return FrameInput(scene, view, settings, 1.0, stage, time)
 
 
 def report(renderer: Renderer, scene: Scene, view: Camera, time: float) -> FrameReport:
@@ -400,8 +399,7 @@ def test_the_kept_depth_comes_back_where_characters_were() -> None:
     def atlas(renderer: Renderer, time: float) -> Any:
         report(renderer, scene, VIEW, time)
         renderer.finish()  # Mesa's llvmpipe may not wait for what is still being drawn
-        pipeline = renderer._pipeline
-        assert pipeline is not None
+        pipeline = renderer.pipeline
         return np.frombuffer(pipeline.shadow.atlas.read(alignment=1), "<f4")
 
     with Renderer((96, 72)) as renderer:

@@ -134,7 +134,7 @@ def test_culling_changes_no_bit_of_the_picture(
 
 def frame_input(scene: Scene, view: Camera, stage: View = View.FINAL, **changes: Any) -> FrameInput:
     settings = Settings(exposure=1.0, **changes)
-    return FrameInput(scene, view, lighting.in_order(scene.lights), settings, 1.0, stage)
+    return FrameInput(scene, view, settings, 1.0, stage)
 
 
 def frame_report(renderer: Renderer, scene: Scene, view: Camera) -> Any:
@@ -272,8 +272,7 @@ def test_no_gl_object_is_created_inside_a_frame(renderer: Renderer, village: Sce
     """All views, with and without shadows, from several places, also where maps are redrawn."""
     assert len(CREATORS) > 12
     renderer.open(village)
-    pipeline = renderer._pipeline
-    assert pipeline is not None
+    pipeline = renderer.pipeline
     for stage in VIEWS_OF_A_STAGE:
         for shadows in (True, False):
             first = frame_input(village, VIEWS[0], stage, shadows=shadows)
@@ -286,7 +285,8 @@ def test_no_gl_object_is_created_inside_a_frame(renderer: Renderer, village: Sce
                         pipeline.prepare(frame, target)
                         pipeline.draw(frame, target)
                 moved = replace(frame.lights[0], position=frame.lights[0].position + 1)
-                pipeline.draw(replace(frame, lights=(moved, *frame.lights[1:])), target)
+                elsewhere = replace(frame.scene, lights=(moved, *frame.lights[1:]))
+                pipeline.draw(replace(frame, scene=elsewhere), target)
 
 
 def test_the_guard_against_new_objects_works(renderer: Renderer, village: Scene) -> None:

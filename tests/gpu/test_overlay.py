@@ -15,7 +15,6 @@ from conftest import Draw
 from figures import figure
 from followspot.errors import UsageError
 from followspot.gpu.targets import Part
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
@@ -50,8 +49,7 @@ def one_that_bobs() -> Crowd:
 
 
 def frame_of(scene: Scene, view: Camera, stage: View = View.FINAL, **fields: Any) -> FrameInput:
-    lights = lighting.in_order(scene.lights)
-    return FrameInput(scene, view, lights, Settings(exposure=1.0), 1.0, stage, **fields)
+    return FrameInput(scene, view, Settings(exposure=1.0), 1.0, stage, **fields)
 
 
 def shown(renderer: Renderer, frame: FrameInput, part: Part | None = None) -> NDArray[np.uint8]:
@@ -162,8 +160,7 @@ def test_overlays_create_nothing_in_a_frame_and_raise_no_message(
     view, other = camera((-150, 40, 120), -10, 30), camera((-100, 0, 60))
     frame = frame_of(yard, view, overlays=ALL, culled_from=other)
     renderer.open(yard)
-    pipeline = renderer._pipeline
-    assert pipeline is not None
+    pipeline = renderer.pipeline
     with DebugLog() as log:
         renderer.draw(frame)
         with no_new_gl_objects():
@@ -188,8 +185,7 @@ def test_another_camera_decides_what_is_drawn(renderer: Renderer, yard: Scene) -
     outside = camera((-250, 0, 250), pitch=30)
     renderer.open(yard)
     renderer.draw(frame_of(yard, inside))
-    pipeline = renderer._pipeline
-    assert pipeline is not None
+    pipeline = renderer.pipeline
     tiles = pipeline.shadow.tiles
     of_inside = renderer.draw(frame_of(yard, inside)).triangles
     detached = frame_of(yard, outside, View.NORMALS, culled_from=inside)

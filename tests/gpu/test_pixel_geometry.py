@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from conftest import Draw
+from followspot.arrays import Floats
 from followspot.assets.image import Image
 from followspot.assets.shader_values import BlendFactor
 from followspot.passes.frame import FrameInput
@@ -23,7 +24,6 @@ from followspot.scene.sky import CubeMap
 from synthetic import (
     SIZE,
     WHITE_SKY,
-    Array,
     box,
     camera,
     cube_map,
@@ -51,7 +51,7 @@ CAMERAS = [
 ]
 
 
-def inside_box(view: Camera) -> tuple[Array, NDArray[np.int64]]:
+def inside_box(view: Camera) -> tuple[Floats, NDArray[np.int64]]:
     """(h, w) distances along the view axis to the room's walls, and which axis the wall lies on."""
     towards = rays(view)
     with np.errstate(divide="ignore"):
@@ -172,9 +172,8 @@ def test_vertex_stage_projection_equals_projection_at_each_pixel(
     depth = draw(scene, view, View.DEPTH)
     normals = draw(scene, view, View.NORMALS) * 2 - 1
 
-    renderer.draw(FrameInput(scene, view, (light,), settings, 1.0, View.SHADOW))
-    pipeline = renderer._pipeline
-    assert pipeline is not None and pipeline.shadow.atlas is not None
+    renderer.draw(FrameInput(scene, view, settings, 1.0, View.SHADOW))
+    pipeline = renderer.pipeline
     tile = pipeline.shadow.tiles[0].frustum
     raw = pipeline.shadow.atlas.read(alignment=1)
     stored = np.frombuffer(raw, np.float32).reshape(256, 256)
@@ -208,7 +207,7 @@ SKY_AXES = {"rt": (3, -1, 2), "lf": (-3, 1, 2), "bk": (1, 3, 2), "ft": (-1, -3, 
 negative ones turned round (the table of ``tr_sky.c`` in the game's source)."""
 
 
-def quake_sky(colour_of: Callable[[Array], Array], size: int) -> CubeMap:
+def quake_sky(colour_of: Callable[[Floats], Floats], size: int) -> CubeMap:
     """Six Quake images of a function of direction, as `from_quake_images` makes a cube of them."""
     middles = (np.arange(size) + 0.5) / size * 2 - 1
     right, up = np.meshgrid(middles, -middles)
@@ -224,7 +223,7 @@ def quake_sky(colour_of: Callable[[Array], Array], size: int) -> CubeMap:
     return sky.from_quake_images("coded", images)
 
 
-def by_direction(towards: Array) -> Array:
+def by_direction(towards: Floats) -> Floats:
     """A smooth colour that is different in every direction."""
     return np.asarray(0.5 + 0.4 * towards)
 
@@ -261,7 +260,7 @@ def test_environment_light_comes_from_where_the_sky_shows_it(draw: Draw, axis: i
     assert looking_up[60, 80, 0] > 0.99
 
 
-def _angles(forward: Array) -> tuple[float, float]:
+def _angles(forward: Floats) -> tuple[float, float]:
     x, y, z = forward
     return math.degrees(math.atan2(y, x)), -math.degrees(math.asin(z))
 

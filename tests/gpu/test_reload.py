@@ -16,7 +16,6 @@ from figures import at, figure, with_characters
 from followspot.assets.shader_values import AlphaTest
 from followspot.gpu import program
 from followspot.gpu.program import SHADERS, ShaderError
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FramePipeline
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
@@ -93,9 +92,8 @@ def picture(
     """Prepare and draw a view of the scene."""
 
     def draw(view: View = View.FINAL, **fields: Any) -> NDArray[np.uint8]:
-        lights = lighting.in_order(scene.lights)
         settings = Settings(exposure=1.0)
-        frame = FrameInput(scene, VIEW, lights, settings, 1.0, view, **fields)
+        frame = FrameInput(scene, VIEW, settings, 1.0, view, **fields)
         pipeline.prepare(frame, renderer.target())
         pipeline.draw(frame, renderer.target())
         return renderer.target().read()

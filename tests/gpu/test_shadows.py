@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from conftest import Draw
+from followspot.arrays import Floats
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import UsageError
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
@@ -24,7 +24,6 @@ from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
 from synthetic import (
     DIM,
-    Array,
     Piece,
     box,
     camera,
@@ -51,8 +50,8 @@ SLOPE = 2.0
 
 
 def texel_on(
-    light: SpotLight, points: Array, normal: tuple[float, float, float], size: int
-) -> Array:
+    light: SpotLight, points: Floats, normal: tuple[float, float, float], size: int
+) -> Floats:
     """World units that a texel of the light's map covers at most, at points of a plane.
 
     Across the axis a texel is 2 tan(half-angle) z / size wide; on a plane that a ray meets under
@@ -68,11 +67,10 @@ def texel_on(
 
 def texel_at_one(renderer: Renderer) -> float:
     """Size of a texel of the wide tile drawn last, in the plane at distance 1."""
-    assert renderer._pipeline is not None
-    return renderer._pipeline.shadow.tiles[0].frustum.texel
+    return renderer.pipeline.shadow.tiles[0].frustum.texel
 
 
-def half_plane(turn: Array) -> list[Piece]:
+def half_plane(turn: Floats) -> list[Piece]:
     """A thick slab over x < 0 whose rim runs along the turned y axis."""
     return turned(box((-300, -400, 60), (0, 400, 70)), turn)
 
@@ -118,7 +116,7 @@ def test_edge_of_a_half_planes_shadow(
     assert (visibility[x < -1.5 * texel] == 0).all()
 
 
-def edge_crossings(visibility: Array, x: Array) -> Array:
+def edge_crossings(visibility: Floats, x: Floats) -> Floats:
     """x at which visibility passes 1/2 in each column, where x grows upwards; (columns,)."""
     x, visibility = x[::-1], visibility[::-1]
     first = np.argmax(visibility >= 0.5, axis=0)
@@ -153,7 +151,7 @@ def test_shadow_of_a_box_on_the_floor(draw: Draw) -> None:
     light_to_p = p - light.position
     texel = texel_on(light, p, UP, 1024)[..., np.newaxis]
 
-    def blocked(grown: Array) -> NDArray[np.bool_]:
+    def blocked(grown: Floats) -> NDArray[np.bool_]:
         t = np.stack([(low - grown - light.position) / light_to_p,
                       (high + grown - light.position) / light_to_p])  # fmt: skip
         return np.asarray(t.min(axis=0).max(axis=-1) < t.max(axis=0).min(axis=-1))
@@ -357,9 +355,7 @@ def report(
     stage: View = View.FINAL,
 ) -> FrameReport:
     renderer.open(scene)
-    return renderer.draw(
-        FrameInput(scene, view, lighting.in_order(scene.lights), settings, 1.0, stage)
-    )
+    return renderer.draw(FrameInput(scene, view, settings, 1.0, stage))
 
 
 def test_shadow_map_of_the_whole_cone_is_redrawn_only_for_a_reason(renderer: Renderer) -> None:

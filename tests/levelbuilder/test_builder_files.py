@@ -12,7 +12,8 @@ import pytest
 from bsp_tool.branches.id_software import quake3
 
 import followspot.levelbuilder
-from followspot.assets.bsp import LUMPS, BspFile, FaceType, read_bsp
+from followspot.assets.bsp import LUMPS, BspFile, FaceType
+from followspot.assets.bsp_reader import read_bsp
 from followspot.errors import UsageError
 from followspot.levelbuilder import (
     CAULK,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from followspot.assets.bsp import read_bsp
+from followspot.assets.bsp_reader import read_bsp
 from followspot.levelbuilder import Level, Material, Surface, compile_level, room
 from followspot.levelbuilder.lights import find_lights, lit, lit_volume
 from followspot.levelbuilder.raycast import Occluders, passed_along, passed_to

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import followspot.builtin
-from followspot.assets.bsp import BspFile, read_bsp
+from followspot.assets.bsp import BspFile
+from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.shader_parser import find_entries
 from followspot.builtin import build_courtyard
 from followspot.builtin.courtyard_materials import SUN_PITCH, SUN_YAW
 from followspot.builtin.courtyard_sky import SUFFIXES, daylight, face_directions, sky_radiance
-from followspot.spaces import EYE_HEIGHT, forward_from_angles
+from followspot.game import EYE_HEIGHT
+from followspot.spaces import forward_from_angles
 
 PK3 = Path(followspot.builtin.__file__).with_name("courtyard.pk3")
 SUN = forward_from_angles(SUN_YAW, -SUN_PITCH)

@@ -10,12 +10,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from vgio.quake2.md2 import Md2
 
+from followspot.arrays import Floats, Ints
 from followspot.assets.md2 import NORMALS, read_md2
 from followspot.errors import UsageError
 from followspot.levelbuilder.md2_writer import Md2Skin, gl_commands, md2_bytes
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3], [3, 2, 1]])
 SKIN = Md2Skin(
@@ -26,7 +24,7 @@ SKIN = Md2Skin(
 )
 
 
-def moves(frames: int, seed: int = 0) -> tuple[Array, Array]:
+def moves(frames: int, seed: int = 0) -> tuple[Floats, Floats]:
     rng = np.random.default_rng(seed)
     normals = rng.standard_normal((frames, 4, 3))
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)

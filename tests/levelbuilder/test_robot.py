@@ -17,17 +17,17 @@ from followspot.builtin import build_robot
 from followspot.builtin.robot_animation import (
     ANIMATIONS,
     FPS,
-    GRAVITY,
     RUN_SPEED,
     WALK_SPEED,
 )
 from followspot.builtin.robot_atlas import HEIGHT, WIDTH, bake, pack
 from followspot.builtin.robot_model import robot_parts
 from followspot.builtin.robot_skeleton import ANKLE, SIDES, place_bones
+from followspot.game import FLOOR_BELOW_PLAYER, GRAVITY
 from model_fixtures import facing
 
 PK3 = Path(followspot.builtin.__file__).with_name("robot.pk3")
-FLOOR = build_robot.FLOOR
+FLOOR = -FLOOR_BELOW_PLAYER
 
 
 @pytest.fixture(scope="module")

@@ -5,15 +5,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from followspot.arrays import Mask
 from followspot.assets.shader_values import BlendFactor
 from followspot.passes import drawlist
-from followspot.passes.drawlist import (
-    DrawList,
-    Mask,
-    boxes_in_frustum,
-    cubes_in_frustum,
-    frustum_planes,
-)
+from followspot.passes.drawlist import DrawList, boxes_in_frustum, cubes_in_frustum, frustum_planes
 from followspot.scene.camera import Camera
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh

@@ -17,8 +17,9 @@ from PIL import Image
 
 from followspot.errors import FollowspotError, UsageError
 from followspot.passes.view import View
-from followspot.present import film, video, workers
-from followspot.present.film import FilmWish, Interrupt, Output
+from followspot.present import film, film_plan, video, workers
+from followspot.present.film import Interrupt
+from followspot.present.film_plan import FilmWish, Output
 from followspot.present.frames import Film, FilmCamera, exposures_for
 from followspot.present.renderer import Renderer
 from followspot.present.still import Wish
@@ -262,8 +263,8 @@ def test_no_frame_makes_no_film(tmp_path: Path) -> None:
 def test_a_folder_of_pictures(tmp_path: Path) -> None:
     pictures = list(noise(3))
     with pytest.raises(UsageError, match=r"expected a name that ends in \.mp4"):
-        film.parse_output(f"{tmp_path}/.mp4", FilmWish())
-    to = film.parse_output(f"{tmp_path}/deep/frames/", FilmWish())
+        film_plan.parse_output(f"{tmp_path}/.mp4", FilmWish())
+    to = film_plan.parse_output(f"{tmp_path}/deep/frames/", FilmWish())
     for _ in range(2):  # the second time, in place of the first
         assert film.write(to, iter(pictures), film_of(), None, Interrupt()).frames == 3
     folder = tmp_path / "deep" / "frames"
@@ -277,10 +278,10 @@ def test_a_folder_of_pictures(tmp_path: Path) -> None:
 def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "precious.txt").write_text("mine")
     with pytest.raises(UsageError, match="a folder of a film's frames"):
-        film.parse_output(str(tmp_path), FilmWish())
+        film_plan.parse_output(str(tmp_path), FilmWish())
     (tmp_path / "x.mp4").mkdir()
     with pytest.raises(UsageError, match="found a folder"):
-        film.parse_output(f"{tmp_path}/x.mp4", FilmWish())
+        film_plan.parse_output(f"{tmp_path}/x.mp4", FilmWish())
 
 
 @pytest.mark.parametrize(
@@ -293,7 +294,7 @@ def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
         (FilmWish(path="tower"), {}, "x.mp4", "no path is named 'tower'; there are tour, auto"),
         (FilmWish(fps=0), {}, "x.mp4", "--fps"),
         (FilmWish(samples=0), {}, "x.mp4", "--samples"),
-        (FilmWish(samples=film.MAX_SAMPLES + 1), {}, "x.mp4", "--samples: expected 1 to 256"),
+        (FilmWish(samples=film_plan.MAX_SAMPLES + 1), {}, "x.mp4", "--samples: expected 1 to 256"),
         (FilmWish(fps=float("nan")), {}, "x.mp4", "--fps"),
         (FilmWish(seconds=0), {}, "x.mp4", "--seconds"),
         (FilmWish(seconds=1e-320), {}, "x.mp4", "--seconds: expected 0.001 to 36000 s"),
@@ -311,7 +312,7 @@ def test_wishes_that_make_no_sense(
     wish: FilmWish, changes: dict[str, str], output: str, told: str
 ) -> None:
     with pytest.raises(UsageError, match=told):
-        film.plan("courtyard", Wish(**changes), wish, film.parse_output(output, wish))  # type: ignore[arg-type]
+        film_plan.plan("courtyard", Wish(**changes), wish, film_plan.parse_output(output, wish))  # type: ignore[arg-type]
 
 
 # ---- the command, in processes of its own

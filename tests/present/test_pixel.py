@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from figures import at, figure, with_characters
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import UsageError
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput
 from followspot.passes.shadow_preview import ShadowPreview
 from followspot.passes.view import View
@@ -71,7 +70,7 @@ def garden(tmp_path: Path) -> Scene:
 
 def frame_of(scene: Scene, view: Camera, settings: Settings | None = None) -> FrameInput:
     settings = settings or Settings(exposure=0.5)
-    return FrameInput(scene, view, lighting.in_order(scene.lights), settings, 0.5)
+    return FrameInput(scene, view, settings, 0.5)
 
 
 def reports(renderer: Renderer, frame: FrameInput, count: int, seed: int) -> list[PixelReport]:

@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from followspot.assets.binary import run_members
-from followspot.assets.bsp import LUMPS, BspFile, read_bsp
+from followspot.assets.bsp import LUMPS, BspFile
+from followspot.assets.bsp_reader import read_bsp
 from followspot.scene.bsp_tree import leaf_is_solid, point_leafs, trace, visible_leafs
 
 OPENARENA = Path("/usr/share/games/openarena/baseoa")

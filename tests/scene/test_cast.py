@@ -9,12 +9,14 @@ from PIL import Image
 
 from followspot.assets.archive import Archive
 from followspot.errors import AssetError
+from followspot.game import RUN_SPEED
 from followspot.scene import scene_file, walk
 from followspot.scene.camera import Camera
 from followspot.scene.cast import actors, characters
 from followspot.scene.figure_file import FigureFiles, is_model
 from followspot.scene.ground import Ground
-from followspot.scene.load import BUILTIN, load, load_figure
+from followspot.scene.load import load, load_figure
+from followspot.scene.search import BUILTIN
 from followspot.spaces import vec3
 from model_fixtures import small_md2, small_md3, write_md2, write_md3, write_player
 from synthetic import box, floor, make_scene
@@ -73,7 +75,7 @@ def test_a_walker_keeps_to_the_ground_and_stops_at_the_end(game: Path) -> None:
         (legs["legs_idle"], 4.0),
     ]
     (own,) = cast(game, text.replace("\nspeed = 50", ""))
-    assert own.walk.speed == walk.RUN_SPEED  # its legs do not step
+    assert own.walk.speed == RUN_SPEED  # its legs do not step
 
 
 def test_one_animation_after_another(game: Path) -> None:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from walk_levels import CLIP, HEIGHT, MIST, SIZE, STONE, Array, block, compiled, hall, ramp
+from walk_levels import CLIP, HEIGHT, MIST, SIZE, STONE, block, compiled, hall, ramp
 
+from followspot.arrays import Floats
 from followspot.assets.surface_flags import Contents, Surface
 from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.patches import lathe
@@ -134,7 +135,7 @@ coordinates = st.floats(-50, 50)
 points = st.tuples(coordinates, coordinates, coordinates).map(vec3)
 
 
-def _part_inside(corners: Array, mins: Vec3, maxs: Vec3) -> bool:
+def _part_inside(corners: Floats, mins: Vec3, maxs: Vec3) -> bool:
     """Whether a triangle has points in a box: it is cut off at the six sides one by one."""
     polygon = list(corners)
     for axis in range(3):

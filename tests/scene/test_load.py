@@ -21,8 +21,9 @@ from followspot.levelbuilder import (
     room,
     write_pk3,
 )
-from followspot.scene.load import BUILTIN, BUILTIN_SKY, builtin_scenes, load
+from followspot.scene.load import BUILTIN_SKY, load
 from followspot.scene.scene import Scene
+from followspot.scene.search import BUILTIN, builtin_scenes
 from synthetic import box, floor, make_scene
 
 

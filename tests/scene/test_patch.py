@@ -23,7 +23,8 @@ from patch_grids import (
     vertex_grid,
 )
 
-from followspot.assets.bsp import FaceType, read_bsp
+from followspot.assets.bsp import FaceType
+from followspot.assets.bsp_reader import read_bsp
 from followspot.errors import UsageError
 from followspot.scene.mesh import VERTEX
 from followspot.scene.patch import tessellate

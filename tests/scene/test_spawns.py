@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from followspot.assets.bsp import LUMPS
+from followspot.game import EYE_HEIGHT
 from followspot.scene.camera import Camera
 from followspot.scene.level import target_of
 from followspot.scene.scene import spawn_cameras
-from followspot.spaces import EYE_HEIGHT
 from synthetic import open_bsp
 
 

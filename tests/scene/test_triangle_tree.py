@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.scene.mesh import FACE, VERTEX, Mesh
 from followspot.scene.triangle_tree import Hits, TriangleTree
-from synthetic import Array, box, make_mesh, quad
+from synthetic import box, make_mesh, quad
 
 
 def mesh_of(corners: NDArray[np.float32]) -> Mesh:
@@ -16,18 +17,18 @@ def mesh_of(corners: NDArray[np.float32]) -> Mesh:
     return Mesh(vertices, np.arange(len(vertices), dtype=np.uint32), np.zeros(0, FACE))
 
 
-def all_hits(tree: TriangleTree, start: Array, end: Array) -> Hits:
+def all_hits(tree: TriangleTree, start: Floats, end: Floats) -> Hits:
     parts = list(tree.crossings(start, end))
     return Hits(
         *(np.concatenate(each) for each in zip(*(vars(p).values() for p in parts), strict=True))
     )
 
 
-def volume(a: Array, b: Array, c: Array, d: Array) -> Array:
+def volume(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
     return np.asarray(np.einsum("...i,...i->...", np.cross(b - a, c - a), d - a))
 
 
-def crossed(corners: Array, start: Array, end: Array) -> NDArray[np.bool_]:
+def crossed(corners: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
     """(lines, triangles): the ends on both sides, the line on one side of all three edges."""
     a, b, c = corners.transpose(1, 0, 2)
     s, e = start[:, np.newaxis], end[:, np.newaxis]

@@ -7,23 +7,23 @@ import numpy as np
 import pytest
 from walk_levels import SIZE, Obstacles, block, compiled, hall, ramp
 
-from followspot.assets.bsp import read_bsp
+from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.locate import locate_level, search_path
+from followspot.game import EYE_HEIGHT, GRAVITY, RUN_SPEED, STEP_HEIGHT
 from followspot.levelbuilder.level import Level
 from followspot.scene.collision import GAP, PATCH_TOLERANCE, STANDING, CollisionWorld
-from followspot.scene.load import BUILTIN
 from followspot.scene.scene import spawn_cameras
-from followspot.scene.slide import GRAVITY, STEP_HEIGHT, Motion, step_slide
+from followspot.scene.search import BUILTIN
+from followspot.scene.slide import Motion, step_slide
 from followspot.scene.walker import (
     CROUCHED_EYE_HEIGHT,
     JUMP_SPEED,
-    SPEED,
     TELEPORT_SPEED,
     TICK,
     Walker,
     Wish,
 )
-from followspot.spaces import EYE_HEIGHT, Vec3, vec3
+from followspot.spaces import Vec3, vec3
 
 FLOOR = 24 + GAP
 """Height of the origin of one who stands on a floor at 0."""
@@ -87,8 +87,8 @@ def test_running_keeps_to_the_full_speed(empty: CollisionWorld) -> None:
         last(walker, 100, wish, yaw=30)
         x, y, _ = walker.velocity
         way = math.radians(30) - math.atan2(wish.side, wish.forward)
-        assert math.hypot(x, y) == pytest.approx(SPEED, rel=1e-6)
-        assert x * math.cos(way) + y * math.sin(way) == pytest.approx(SPEED, rel=1e-6)
+        assert math.hypot(x, y) == pytest.approx(RUN_SPEED, rel=1e-6)
+        assert x * math.cos(way) + y * math.sin(way) == pytest.approx(RUN_SPEED, rel=1e-6)
         last(walker, 100, Wish())
         assert not walker.velocity.any()
         assert walker.position[2] == pytest.approx(FLOOR, abs=GAP)
@@ -98,7 +98,7 @@ def test_half_a_wish_is_half_the_speed(empty: CollisionWorld) -> None:
     walker = Walker(empty)
     assert walker.place(vec3((0, 0, 60)), drop=True)
     last(walker, 100, Wish(forward=0.5))
-    assert walker.velocity[0] == pytest.approx(SPEED / 2)
+    assert walker.velocity[0] == pytest.approx(RUN_SPEED / 2)
 
 
 @pytest.mark.parametrize("angle", [5.0, 30.0, 60.0, 85.0])
@@ -154,10 +154,10 @@ def test_slopes(normal_z: float, climbs: bool) -> None:
     path = np.array(list(ticks(walker, 500, AHEAD)))
     if climbs:
         speeds = np.linalg.norm(np.diff(path[70:75], axis=0), axis=1) / TICK
-        np.testing.assert_allclose(speeds, SPEED, rtol=0.01)
+        np.testing.assert_allclose(speeds, RUN_SPEED, rtol=0.01)
         assert path[:, 0].max() > 264  # over the ramp's end
     else:
-        assert path[:, 2].max() < FLOOR + STEP_HEIGHT + SPEED**2 / (2 * GRAVITY)
+        assert path[:, 2].max() < FLOOR + STEP_HEIGHT + RUN_SPEED**2 / (2 * GRAVITY)
         assert last(walker, 100, Wish())[2] == pytest.approx(FLOOR, abs=GAP)
 
 
@@ -173,7 +173,7 @@ def test_crouching() -> None:
     assert last(walker, 100, AHEAD)[0] == pytest.approx(100 - 15 - GAP, abs=GAP)
     low = Wish(forward=1, crouch=True)
     assert 100 < last(walker, 125, low)[0] < 200
-    assert walker.velocity[0] == pytest.approx(SPEED / 4)
+    assert walker.velocity[0] == pytest.approx(RUN_SPEED / 4)
     assert walker.eye[2] - walker.position[2] == pytest.approx(CROUCHED_EYE_HEIGHT, abs=0.1)
     last(walker, 60, Wish())
     assert walker.eye[2] - walker.position[2] == pytest.approx(CROUCHED_EYE_HEIGHT, abs=0.1)
@@ -228,7 +228,7 @@ def test_a_teleporter() -> None:
         yaw = walker.step(TICK, Wish(forward=1), yaw)
         if yaw != 0:
             break
-    assert before[0] + 15 == pytest.approx(100, abs=2 * SPEED * TICK)  # and not at 60
+    assert before[0] + 15 == pytest.approx(100, abs=2 * RUN_SPEED * TICK)  # and not at 60
     assert yaw == 90
     np.testing.assert_allclose(walker.position, (-300, 200, 25))
     np.testing.assert_allclose(walker.velocity, (0, TELEPORT_SPEED, 0), atol=1e-9)
@@ -261,14 +261,14 @@ def test_positions_between_ticks_are_between_them(empty: CollisionWorld) -> None
     for _ in range(40):
         walker.step(TICK / 4, AHEAD, 0)
         path.append(walker.position[0])
-    np.testing.assert_allclose(np.diff(path), SPEED * TICK / 4, rtol=1e-6)
+    np.testing.assert_allclose(np.diff(path), RUN_SPEED * TICK / 4, rtol=1e-6)
 
 
 def test_a_long_stop_is_not_made_up_for(empty: CollisionWorld) -> None:
     walker = Walker(empty)
     assert walker.place(vec3((0, 0, 60)), drop=True)
     walker.step(60.0, AHEAD, 0)
-    assert walker.position[0] < 0.25 * SPEED
+    assert walker.position[0] < 0.25 * RUN_SPEED
 
 
 def test_being_put_into_a_wall() -> None:

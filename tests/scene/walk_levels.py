@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from patch_geometry import surface
 
-from followspot.assets.bsp import BspFile, FaceType, read_bsp
+from followspot.arrays import Floats
+from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.surface_flags import Contents, Surface
 from followspot.levelbuilder.brush import Brush, hull, room
 from followspot.levelbuilder.brush import box as box_brush
@@ -16,8 +18,6 @@ from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.patches import Patch
 from followspot.scene import bsp_tree
 from followspot.scene.collision import Box
-
-Array = NDArray[np.float64]
 
 STONE = Material("textures/test/stone")
 CLIP = Material("clip", surface=Surface.NODRAW, contents=Contents.PLAYERCLIP, opacity=0.0)
@@ -73,7 +73,7 @@ class Obstacles:
         self._maxs = np.array([d[[1, 3, 5]] for _, d in self._sides]).reshape(-1, 3)
         self._curves = np.concatenate([np.empty((0, 3)), *self._surfaces(stops, spacing)])
 
-    def _surfaces(self, stops: NDArray[np.bool_], count: int) -> list[Array]:
+    def _surfaces(self, stops: NDArray[np.bool_], count: int) -> list[Floats]:
         bsp, t = self._bsp, np.linspace(0, 1, count)
         found = []
         for face in bsp.faces[: bsp.models[0]["face_count"]]:
@@ -88,7 +88,7 @@ class Obstacles:
                 ]
         return found
 
-    def brush_in(self, position: Array, box: Box) -> bool:
+    def brush_in(self, position: Floats, box: Box) -> bool:
         """Whether a point of a lattice that fills the box is deeper than 0.01 in a brush."""
         low, high = position + box.mins, position + box.maxs
         axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, (7, 7, 12), strict=True)]
@@ -99,12 +99,12 @@ class Obstacles:
             for normal, distance in (self._sides[n] for n in np.flatnonzero(near))
         )
 
-    def curve_in(self, position: Array, box: Box, depth: float) -> bool:
+    def curve_in(self, position: Floats, box: Box, depth: float) -> bool:
         """Whether a point of a curved patch is deeper than `depth` in the box."""
         low, high = position + box.mins + depth, position + box.maxs - depth
         return bool(((self._curves > low) & (self._curves < high)).all(axis=1).any())
 
-    def is_outside(self, position: Array) -> bool:
+    def is_outside(self, position: Floats) -> bool:
         """Whether a place is in no cluster, or not in the level's box at all."""
         leaf = bsp_tree.point_leafs(self._bsp, position[np.newaxis])[0]
         world = self._bsp.models[0]

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from followspot.arrays import Floats
 from followspot.errors import AssetError
 
 MAX_POSED_VERTICES = 1 << 22
@@ -58,7 +59,7 @@ class Pose(NamedTuple):
     """() or (n,) key frame before the moment."""
     next_frame: NDArray[np.intp]
     """() or (n,) key frame behind it."""
-    blend: NDArray[np.float64]
+    blend: Floats
     """() or (n,) from 0, at ``frame``, to 1, at ``next_frame``."""
 
 
@@ -105,7 +106,7 @@ class Animation:
         count = min(self.count, frame_count - first)
         return replace(self, first=first, count=count, looping=min(self.looping, count))
 
-    def frame_at(self, step: float | NDArray[np.float64]) -> NDArray[np.intp]:
+    def frame_at(self, step: float | Floats) -> NDArray[np.intp]:
         """() or (n,) frames that are shown in whole steps from the start, which is step 0."""
         over = np.asarray(step - self.count)
         held = over % self.looping - self.looping if self.looping else -1.0

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from followspot.arrays import Ints, Mask
 from followspot.errors import AssetError
 
 MAX_RUN_TOTAL = 1 << 22
@@ -65,7 +66,7 @@ class BinaryFile:
         """View one record at a byte offset; as `array`, without its first axis."""
         return self.array(dtype, offset, 1, place)[0]
 
-    def require(self, good: NDArray[np.bool_], values: Any, place: str, expected: str) -> None:
+    def require(self, good: Mask, values: Any, place: str, expected: str) -> None:
         """Raise an error that names the first record that is not good.
 
         Args:
@@ -130,9 +131,7 @@ def text_until_nul(raw: bytes) -> str:
     return raw.partition(b"\0")[0].decode("latin-1")
 
 
-def run_members(
-    first: NDArray[np.integer[Any]], length: NDArray[np.integer[Any]]
-) -> NDArray[np.int64]:
+def run_members(first: NDArray[np.integer[Any]], length: NDArray[np.integer[Any]]) -> Ints:
     """Write runs of records out as the records' numbers, run after run.
 
     Args:
@@ -145,5 +144,5 @@ def run_members(
     length = length.astype(np.int64)
     ends = np.cumsum(length)
     shift = np.repeat(first - (ends - length), length)
-    members: NDArray[np.int64] = np.arange(len(shift), dtype=np.int64) + shift
+    members: Ints = np.arange(len(shift), dtype=np.int64) + shift
     return members

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.assets.binary import BinaryFile
 from followspot.assets.gltf_document import (
     TRIANGLES,
@@ -126,7 +127,7 @@ class _Reader:
             expected = f"at most {MAX_VERTICES} vertices and corners of triangles together"
             raise self._records.wrong(place, expected, "more")
 
-    def _placed_meshes(self) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    def _placed_meshes(self) -> Iterator[tuple[int, Floats]]:
         """Meshes by number with their nodes' global transforms, down from the scene's roots.
 
         Nodes are a forest (section 3.5.2): one that is met twice is an error.
@@ -250,7 +251,7 @@ class _Reader:
         )
 
 
-def _local(node: Node) -> NDArray[np.float64]:
+def _local(node: Node) -> Floats:
     """(4, 4) ``parent_from_node``."""
     if node.matrix is not None:
         return np.array(node.matrix).reshape(4, 4).T  # column by column in the file
@@ -266,7 +267,7 @@ def _local(node: Node) -> NDArray[np.float64]:
     return matrix
 
 
-def _placed(raw: RawSurface, matrix: NDArray[np.float64]) -> RawSurface:
+def _placed(raw: RawSurface, matrix: Floats) -> RawSurface:
     """A surface moved by its node; a mirrored one keeps its front (section 3.7.4)."""
     linear = matrix[:3, :3]
     positions = raw.positions.astype(np.float64) @ linear.T + matrix[:3, 3]
@@ -278,7 +279,7 @@ def _placed(raw: RawSurface, matrix: NDArray[np.float64]) -> RawSurface:
     return replace(raw, positions=positions, triangles=triangles, normals=normals)
 
 
-def _triangles(order: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
+def _triangles(order: Ints, mode: int) -> Ints:
     """(t, 3) of a list, strip or fan (section 3.7.2.1); left-over corners are dropped."""
     if mode == TRIANGLES:
         return order[: len(order) // 3 * 3].reshape(-1, 3)

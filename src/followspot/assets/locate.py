@@ -67,7 +67,9 @@ def list_levels(archive: Archive) -> list[str]:
     return [_level_name(name) for name in archive.names("maps/", ".bsp")]
 
 
-def locate_level(name_or_path: str, search: Sequence[Path]) -> tuple[Archive, str]:
+def locate_level(
+    name_or_path: str, search: Sequence[Path], others: Sequence[str] = ()
+) -> tuple[Archive, str]:
     """Find a level, and open the archive that it and its textures are read from.
 
     Args:
@@ -76,6 +78,7 @@ def locate_level(name_or_path: str, search: Sequence[Path]) -> tuple[Archive, st
             its levels, `some.pk3:name`; the name of a level in `search`, `q3dm1` or
             `maps/q3dm1.bsp`.
         search: Folders and pk3 files to look in besides, best first; see `search_path`.
+        others: Names of what is no level but could have been meant, to be proposed likewise.
 
     Returns:
         The archive, which the caller closes, and the level's normalised name in it.
@@ -105,7 +108,7 @@ def locate_level(name_or_path: str, search: Sequence[Path]) -> tuple[Archive, st
     if archive.exists(entry):
         return archive, normalise(entry)
     with archive:
-        found = _close_names(name, list_levels(archive))
+        found = _close_names(name, [*others, *list_levels(archive)])
     found += "".join(f"; left out: {problem}" for problem in archive.problems)
     expected = f"a bsp or pk3 file, or the name of a level in {archive.places}"
     raise AssetError(name_or_path, expected=expected, found=found)
@@ -137,7 +140,7 @@ def _level_name(text: str) -> str:
 
 
 def _close_names(name: str, levels: Sequence[str]) -> str:
-    close = difflib.get_close_matches(name, levels)
+    close = difflib.get_close_matches(name, dict.fromkeys(levels))
     return f"none; close names are {', '.join(close)}" if close else "none"
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.animation import MAX_POSED_VERTICES, Pose
 from followspot.assets.binary import BinaryFile, text_until_nul
 from followspot.errors import AssetError
@@ -171,8 +172,8 @@ def between(keys: Mat4, pose: Pose) -> Mat4:
 
 
 def orthonormalised(
-    rotations: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    rotations: Floats,
+) -> tuple[Floats, Floats]:
     """Make columns unit vectors at right angles, keeping the first one's direction (Gram-Schmidt).
 
     Args:
@@ -194,16 +195,16 @@ def orthonormalised(
     return found, area
 
 
-def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    unit: NDArray[np.float64] = vectors / np.maximum(np.sqrt(_dot(vectors, vectors)), _TINY)
+def _unit(vectors: Floats) -> Floats:
+    unit: Floats = vectors / np.maximum(np.sqrt(_dot(vectors, vectors)), _TINY)
     return unit
 
 
-def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def _dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def _cross(a: Floats, b: Floats) -> Floats:
     """`np.cross` of (3, ...) vectors, which is slow for a few."""
     product = np.empty_like(a)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):

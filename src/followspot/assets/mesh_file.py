@@ -19,8 +19,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.gltf import read_gltf
 from followspot.assets.gltf_records import FindFile
 from followspot.assets.image import srgb_to_linear
@@ -170,7 +170,7 @@ def _raw(place: str, values: Mapping[str, Any], look: Look) -> RawSurface:
     )
 
 
-def _numbers(given: Any, *widths: int, count: int | None = None) -> NDArray[np.float64] | None:
+def _numbers(given: Any, *widths: int, count: int | None = None) -> Floats | None:
     """(count, width) of finite or other numbers, or none where trimesh made something else."""
     values = np.asarray(given)
     if values.dtype.kind not in "iuf" or values.ndim != 2 or values.shape[-1] not in widths:
@@ -178,7 +178,7 @@ def _numbers(given: Any, *widths: int, count: int | None = None) -> NDArray[np.f
     return values.astype(np.float64) if count in (None, len(values)) else None
 
 
-def _colors(given: Any, count: int) -> NDArray[np.float64] | None:
+def _colors(given: Any, count: int) -> Floats | None:
     """(v, 4) linear from bytes or numbers from 0 to 1, both display values."""
     colors = _numbers(given, 3, 4, count=count)
     if colors is None:

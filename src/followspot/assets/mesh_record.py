@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.assets.binary import run_members
 from followspot.errors import AssetError
 
@@ -151,9 +152,7 @@ def _numbers(
     return numbers
 
 
-def _unit(
-    normals: NDArray[np.float64], positions: NDArray[np.float32], triangles: NDArray[np.int64]
-) -> NDArray[np.float32]:
+def _unit(normals: Floats, positions: NDArray[np.float32], triangles: Ints) -> NDArray[np.float32]:
     """Unit normals; those that are none become that of a triangle at the vertex."""
     with np.errstate(over="ignore", invalid="ignore"):
         length = np.linalg.norm(normals, axis=1, keepdims=True)
@@ -167,7 +166,7 @@ def _unit(
 
 
 def corner_normals(
-    positions: NDArray[np.float32], triangles: NDArray[np.int64], crease: float
+    positions: NDArray[np.float32], triangles: Ints, crease: float
 ) -> NDArray[np.float32]:
     """Normals for triangles' corners, from the triangles alone.
 

@@ -10,17 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.builtin.robot_animation import ANIMATIONS
 from followspot.builtin.robot_atlas import HEIGHT, WIDTH, bake, pack
 from followspot.builtin.robot_model import Part, robot_parts
-from followspot.builtin.robot_shapes import Array, Shape
+from followspot.builtin.robot_shapes import Shape
 from followspot.builtin.robot_skeleton import Poses, place_bones
 from followspot.builtin.robot_skin import robot_skin
+from followspot.game import FLOOR_BELOW_PLAYER
 from followspot.levelbuilder import image_file, write_pk3
 from followspot.levelbuilder.md2_writer import Md2Skin, md2_bytes
-
-FLOOR = -24.0
-"""Height of the feet, units, as for players of the game."""
 
 MODEL = "models/robot/robot.md2"
 SKIN = "models/robot/skin"
@@ -60,12 +59,12 @@ def _pieces(parts: list[Part]) -> list[tuple[str, Shape, int]]:
     return left + right
 
 
-def _move(pieces: list[tuple[str, Shape, int]], poses: Poses) -> tuple[Array, Array]:
+def _move(pieces: list[tuple[str, Shape, int]], poses: Poses) -> tuple[Floats, Floats]:
     """(frames, vertices, 3) positions and normals."""
     bones = place_bones(poses)
     points = np.concatenate([bones[bone].points(shape.points) for bone, shape, _ in pieces], axis=1)
     normals = [bones[bone].normals(shape.normals) for bone, shape, _ in pieces]
-    return points + np.array([0, 0, FLOOR]), np.concatenate(normals, axis=1)
+    return points + np.array([0, 0, -FLOOR_BELOW_PLAYER]), np.concatenate(normals, axis=1)
 
 
 def main() -> None:

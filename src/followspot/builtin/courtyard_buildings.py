@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.builtin.courtyard_materials import Materials
 from followspot.builtin.courtyard_parts import (
     COLUMN_HEIGHT,
@@ -30,7 +31,6 @@ from followspot.levelbuilder import (
     hull,
     ruled,
 )
-from followspot.levelbuilder.winding import Array
 
 BAY = 128
 FLOOR = 208
@@ -220,7 +220,7 @@ def _gallery(m: Materials) -> list[Part]:
     return parts
 
 
-def _arches(m: Materials, foot: Array, along: Array, inward: Array, bays: int) -> list[Part]:
+def _arches(m: Materials, foot: Floats, along: Floats, inward: Floats, bays: int) -> list[Part]:
     """Return an arcade's wall: arches between blocks over the columns, stone rings in front.
 
     Args:

@@ -2,14 +2,14 @@
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.builtin.courtyard_materials import Materials
 from followspot.levelbuilder import Brush, Material, Mesh, Patch, arc, box, quads
-from followspot.levelbuilder.winding import Array
 
 Part = Brush | Patch | Mesh
 
 
-def tube(material: Material, path: Array, radii: Array) -> Patch:
+def tube(material: Material, path: Floats, radii: Floats) -> Patch:
     """Return a bent tube about a path's controls, (n, 3), with a radius, (n,), at each."""
     tangents = np.gradient(path, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
@@ -25,7 +25,7 @@ def tube(material: Material, path: Array, radii: Array) -> Patch:
 
 
 def cards(
-    material: Material, centres: Array, normals: Array, sizes: Array, rng: np.random.Generator
+    material: Material, centres: Floats, normals: Floats, sizes: Floats, rng: np.random.Generator
 ) -> Mesh:
     """Return square cards at centres, (n, 3), across normals, (n, 3), each turned at random."""
     helper = rng.standard_normal(centres.shape)
@@ -38,7 +38,7 @@ def cards(
     return quads(material, centres[:, None] + corners)
 
 
-def with_normals(mesh: Mesh, normals: Array) -> Mesh:
+def with_normals(mesh: Mesh, normals: Floats) -> Mesh:
     """Return a mesh of quads with one normal, (n, 3), for each quad.
 
     Leaves lit as if they were the surface of the whole crown look like foliage, not like cards.

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.builtin.courtyard_materials import Materials
 from followspot.levelbuilder import (
     Brush,
@@ -21,7 +22,6 @@ from followspot.levelbuilder import (
     quads,
     ruled,
 )
-from followspot.levelbuilder.winding import Array
 
 Part = Brush | Patch | Mesh
 Point = tuple[float, float, float]
@@ -65,9 +65,9 @@ def archivolt(
     half = arc(180, 0)
     up = np.array([0.0, 0.0, 1.0])
 
-    def ring(factor: float, shift: Array) -> Array:
+    def ring(factor: float, shift: Floats) -> Floats:
         along = (half[:, :1] * factor + 1) / 2 * width
-        curve: Array = foot + along + half[:, 1:] * rise * factor * up + shift
+        curve: Floats = foot + along + half[:, 1:] * rise * factor * up + shift
         return curve
 
     return [
@@ -126,7 +126,7 @@ def torch(m: Materials, wall: Point, outward: tuple[float, float]) -> tuple[list
     return parts, (float(flame[0]), float(flame[1]), float(flame[2]))
 
 
-def crossed(material: Material, centre: Array, width: float, height: float) -> Mesh:
+def crossed(material: Material, centre: Floats, width: float, height: float) -> Mesh:
     """Return two upright quads that cross at right angles: a flame, a tuft."""
     corners = np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]) / 2
     flat = np.stack([corners[:, 0] * width, 0 * corners[:, 0], corners[:, 1] * height], axis=1)
@@ -138,7 +138,7 @@ def crate(m: Materials, x: float, y: float, z: float, size: float, turn: float) 
     """Return a wooden crate of boards with a frame, turned by some degrees."""
     cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
 
-    def block(half: Array, centre: Array) -> Brush:
+    def block(half: Floats, centre: Floats) -> Brush:
         signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
         local = signs * half + centre
         points = np.column_stack(
@@ -238,7 +238,7 @@ def opening(
     base = np.array(foot)
     half, height = size[0] / 2, size[1]
 
-    def corners(extent: tuple[float, float, float, float], depth: float) -> tuple[Array, Array]:
+    def corners(extent: tuple[float, float, float, float], depth: float) -> tuple[Floats, Floats]:
         left, right, low, high = extent
         ends = np.stack([base + side * left, base + side * right + out * depth])
         ends[:, 2] = base[2] + low, base[2] + high

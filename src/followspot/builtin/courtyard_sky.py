@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.builtin.texture_tools import Array, noise, smoothstep
+from followspot.arrays import Floats
+from followspot.builtin.texture_tools import noise, smoothstep
 
 SUFFIXES = ("rt", "lf", "bk", "ft", "up", "dn")
 """Images of +X -X +Y -Y +Z -Z as seen from inside, by the game's names."""
@@ -15,7 +16,7 @@ EXPOSURE = 0.045
 """White, in 1 / (kcd/m2): the zenith comes out mid blue, sunlit cloud nearly white."""
 
 
-def face_directions(suffix: str, size: int) -> Array:
+def face_directions(suffix: str, size: int) -> Floats:
     """Return the unit direction, (size, size, 3), that each pixel of a sky image shows.
 
     Pixel centres; rows from the top of the image down. With s rightwards and t upwards in
@@ -33,11 +34,11 @@ def face_directions(suffix: str, size: int) -> Array:
         "dn": (t, -s, -one),
     }
     directions = np.stack(vectors[suffix], axis=2)
-    unit: Array = directions / np.linalg.norm(directions, axis=2, keepdims=True)
+    unit: Floats = directions / np.linalg.norm(directions, axis=2, keepdims=True)
     return unit
 
 
-def daylight(directions: Array, sun: Array, turbidity: float) -> Array:
+def daylight(directions: Floats, sun: Floats, turbidity: float) -> Floats:
     """Return the clear sky's colour, (..., 3) linear sRGB in kcd/m2, towards unit vectors above.
 
     The model of Preetham, Shirley and Smits, "A Practical Analytic Model for Daylight" (SIGGRAPH
@@ -74,20 +75,20 @@ def daylight(directions: Array, sun: Array, turbidity: float) -> Array:
         ]
     )
 
-    def perez(cos_theta: Array, gamma: Array) -> Array:
+    def perez(cos_theta: Floats, gamma: Floats) -> Floats:
         A, B, C, D, E = distribution
         above = np.maximum(cos_theta, 0.01)[..., None]
         angle = gamma[..., None]
         gradation = 1 + A * np.exp(B / above)
         indicatrix = 1 + C * np.exp(D * angle) + E * np.cos(angle) ** 2
-        value: Array = gradation * indicatrix
+        value: Floats = gradation * indicatrix
         return value
 
     gamma = np.arccos(np.clip(directions @ sun, -1, 1))
     ratio = perez(directions[..., 2], gamma) / perez(np.ones(1), np.array([theta_s]))
     Y, x, y = np.moveaxis(zenith * ratio, -1, 0)
     xyz = np.stack([x / y * Y, Y, (1 - x - y) / y * Y], axis=-1)
-    colour: Array = np.maximum(xyz @ _SRGB_FROM_XYZ.T, 0)
+    colour: Floats = np.maximum(xyz @ _SRGB_FROM_XYZ.T, 0)
     return colour
 
 
@@ -100,7 +101,7 @@ _EARTH = np.array([1.9, 2.3, 2.4])
 """Radiance of distant ground in the sun, linear sRGB in kcd/m2."""
 
 
-def _sample(field: Array, u: Array, v: Array) -> Array:
+def _sample(field: Floats, u: Floats, v: Floats) -> Floats:
     """Return a tiling field at places in tiles, between texels linearly."""
     size = field.shape[0]
     u, v = u * size, v * size
@@ -108,11 +109,11 @@ def _sample(field: Array, u: Array, v: Array) -> Array:
     a, b = u - i, v - j
     i0, j0, i1, j1 = i % size, j % size, (i + 1) % size, (j + 1) % size
     top = field[j0, i0] * (1 - a) + field[j0, i1] * a
-    mixed: Array = top * (1 - b) + (field[j1, i0] * (1 - a) + field[j1, i1] * a) * b
+    mixed: Floats = top * (1 - b) + (field[j1, i0] * (1 - a) + field[j1, i1] * a) * b
     return mixed
 
 
-def _clouds(directions: Array, sun: Array) -> tuple[Array, Array]:
+def _clouds(directions: Floats, sun: Floats) -> tuple[Floats, Floats]:
     """Return how much cloud stands in each direction, 0 to 1, and how sunlit it is, 0 to 1.
 
     Fair-weather cumulus on a curved layer: thresholded noise, thicker towards the middle, and
@@ -124,7 +125,7 @@ def _clouds(directions: Array, sun: Array) -> tuple[Array, Array]:
     u, v = directions[..., 0] / up * 0.11, directions[..., 1] / up * 0.11
     high = smoothstep(0.06, 0.35, directions[..., 2])
 
-    def thickness(u: Array, v: Array) -> Array:
+    def thickness(u: Floats, v: Floats) -> Floats:
         return np.maximum(_sample(billows, u, v) - 0.62, 0.0)
 
     step = sun[:2] / np.hypot(sun[0], sun[1]) * 0.006
@@ -139,7 +140,7 @@ def _clouds(directions: Array, sun: Array) -> tuple[Array, Array]:
     )
 
 
-def sky_radiance(directions: Array, sun: Array) -> Array:
+def sky_radiance(directions: Floats, sun: Floats) -> Floats:
     """Return the picture's radiance, (..., 3) linear sRGB, towards unit vectors.
 
     Clear daylight, clouds over it, the sun's disc and the haze about it; hazy earth below.
@@ -163,11 +164,11 @@ def sky_radiance(directions: Array, sun: Array) -> Array:
         below = smoothstep(0.003, -0.003, directions[..., 2] - ridge)[..., None]
         sky = sky + (_EARTH + (clear - _EARTH) * share - sky) * below
     haze = np.exp(np.minimum(directions[..., 2:], 0) / 0.25)
-    radiance: Array = np.where(directions[..., 2:] < 0, _EARTH + (sky - _EARTH) * haze, sky)
+    radiance: Floats = np.where(directions[..., 2:] < 0, _EARTH + (sky - _EARTH) * haze, sky)
     return radiance
 
 
-def _hills(directions: Array) -> list[tuple[float, Array]]:
+def _hills(directions: Floats) -> list[tuple[float, Floats]]:
     """Return ridges, the farther first: how much haze lies before each, and the sine of its top."""
     around = np.arctan2(directions[..., 1], directions[..., 0]) / (2 * np.pi)
     line = noise((256, 256), 303, slope=1.6, coarsest=128)
@@ -177,7 +178,7 @@ def _hills(directions: Array) -> list[tuple[float, Array]]:
     ]
 
 
-def sky_images(sun: Array, size: int = 512) -> dict[str, NDArray[np.uint8]]:
+def sky_images(sun: Floats, size: int = 512) -> dict[str, NDArray[np.uint8]]:
     """Return the six images, (size, size, 3) uint8 sRGB, by suffix.
 
     Values are proportional to radiance up to about half of white and bend towards white above,

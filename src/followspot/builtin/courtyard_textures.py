@@ -6,8 +6,8 @@ Colours are sRGB from 0 to 1. No light is painted in: the renderer brings its ow
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.builtin.texture_tools import (
-    Array,
     blur,
     cracks,
     masonry,
@@ -26,13 +26,13 @@ _MOSS = np.array([0.37, 0.36, 0.25])
 _SOOT = np.array([0.25, 0.22, 0.19])
 
 
-def _grain(size: int, seed: int) -> Array:
+def _grain(size: int, seed: int) -> Floats:
     """Return fine and middling mottle together, unit deviation or so."""
     fine = noise((size, size), seed, slope=0.5, coarsest=24)
     return 0.6 * fine + 0.8 * noise((size, size), seed + 1, slope=1.4, coarsest=size / 3)
 
 
-def _joints(distance: Array, joint: float, bevel: float, seed: int) -> Array:
+def _joints(distance: Floats, joint: float, bevel: float, seed: int) -> Floats:
     """Return 0 in the joints and 1 on the blocks, their edges broken by noise."""
     size = distance.shape[0]
     ragged = distance + 0.7 * noise((size, size), seed, slope=1.0, coarsest=40)

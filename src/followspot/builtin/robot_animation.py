@@ -10,8 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from followspot.builtin.robot_shapes import Array
+from followspot.arrays import Floats
 from followspot.builtin.robot_skeleton import ANKLE, Poses, rotations
+from followspot.game import GRAVITY
 
 FPS = 10.0
 """Frames a second, as the game plays MD2 models."""
@@ -22,9 +23,6 @@ RUN_SPEED = 100.0
 WALK_SPEED = 40.0
 """Units a second at which `walk` carries the robot forward."""
 
-GRAVITY = 800.0
-"""Units a second squared, the game's own: the leap of `jump` is a throw under it."""
-
 _TOES = np.array([6.6, 0.0, -ANKLE[2]])
 _TIP = np.array([7.6, 0.0, 0.59 - ANKLE[2]])
 """From the ankle to the front end of the sole, on which the foot rolls off, and the tip above."""
@@ -32,12 +30,12 @@ _TIP = np.array([7.6, 0.0, 0.59 - ANKLE[2]])
 LEFT, RIGHT = 0, 1
 
 
-def sine(frames: int, amplitude: float, times: int = 1, shift: float = 0.0) -> Array:
+def sine(frames: int, amplitude: float, times: int = 1, shift: float = 0.0) -> Floats:
     """(frames,) a sine that fits so many times into the loop, shifted by a share of its period."""
     return amplitude * np.sin(2 * np.pi * (times * np.arange(frames) / frames - shift))
 
 
-def keyed(frames: int, keys: Sequence[tuple[float, ArrayLike]]) -> Array:
+def keyed(frames: int, keys: Sequence[tuple[float, ArrayLike]]) -> Floats:
     """(frames, ...) values eased from key to key, at rest at each of them.
 
     Args:
@@ -50,7 +48,7 @@ def keyed(frames: int, keys: Sequence[tuple[float, ArrayLike]]) -> Array:
     i = np.clip(np.searchsorted(times, at, "right") - 1, 0, len(times) - 2)
     share = (at - times[i]) / (times[i + 1] - times[i])
     share = (share * share * (3 - 2 * share)).reshape(-1, *[1] * (values.ndim - 1))
-    eased: Array = values[i] * (1 - share) + values[i + 1] * share
+    eased: Floats = values[i] * (1 - share) + values[i + 1] * share
     return eased
 
 
@@ -86,7 +84,7 @@ def stand(frames: int = 20) -> Poses:
     return poses
 
 
-def _contact(first: float, flat: int, rolling: Sequence[float], speed: float) -> Array:
+def _contact(first: float, flat: int, rolling: Sequence[float], speed: float) -> Floats:
     """(n, 3) rows of x, z and pitch of a foot on the ground.
 
     Args:
@@ -103,7 +101,7 @@ def _contact(first: float, flat: int, rolling: Sequence[float], speed: float) ->
     return np.stack([ankle[:, 0], ankle[:, 2], pitch], axis=1)
 
 
-def _gait(left: Array) -> Poses:
+def _gait(left: Floats) -> Poses:
     """Take the left foot through (f, 3) rows of x, z and pitch, the right half a cycle later."""
     poses = Poses(len(left))
     for side, rows in ((LEFT, left), (RIGHT, np.roll(left, len(left) // 2, axis=0))):

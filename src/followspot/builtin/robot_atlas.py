@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.builtin.robot_model import Part
-from followspot.builtin.robot_shapes import Array, Ints
 
 WIDTH, HEIGHT = 512, 256
 """Size of the skin in texels."""
@@ -29,9 +29,9 @@ class Surface:
     """
 
     part: Ints
-    place: Array
-    normal: Array
-    edge: Array
+    place: Floats
+    normal: Floats
+    edge: Floats
 
 
 def pack(parts: Sequence[Part]) -> Ints:
@@ -114,7 +114,7 @@ def bake(parts: Sequence[Part], texels: Ints) -> Surface:
     return Surface(part.astype(np.int64), layers[..., 1:4], normal, edge)
 
 
-def _corner_values(index: int, part: Part) -> Array:
+def _corner_values(index: int, part: Part) -> Floats:
     """(m, 3, 10): number of the part, place, normal and depths at each corner."""
     shape = part.shape
     number = np.full((*shape.triangles.shape, 1), float(index))
@@ -134,7 +134,7 @@ def _cross(u: NDArray[Any], v: NDArray[Any]) -> Ints:
     return product
 
 
-def _spread(layers: Array) -> Array:
+def _spread(layers: Floats) -> Floats:
     """Fill empty texels from their neighbours, a ring at a time."""
     for _ in range(_GUTTER + 1):
         for step, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):

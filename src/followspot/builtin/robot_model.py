@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from followspot.builtin.robot_shapes import Array, Shape, lathe, rounded_box
+from followspot.arrays import Floats
+from followspot.builtin.robot_shapes import Shape, lathe, rounded_box
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +33,13 @@ class Part:
     detail: float = 1.0
 
 
-def _tapered(points: Array) -> Array:
+def _tapered(points: Floats) -> Floats:
     """The trunk: full at the shoulders, slim at the waist."""
     factor = 0.82 + 0.18 * np.clip((points[:, 2] - 27) / 10, 0, 1.4)
     return points * np.stack([factor**0.6, factor, np.ones_like(factor)], axis=1)
 
 
-def _shod(points: Array) -> Array:
+def _shod(points: Floats) -> Floats:
     """The foot: toes low and wide, heel narrow."""
     x, y, z = points.T
     low = 1 - 0.4 * np.clip(x / 7.4, 0, 1.2)
@@ -46,14 +47,14 @@ def _shod(points: Array) -> Array:
     return np.stack([x, 4.4 + (y - 4.4) * wide, z * low], axis=1)
 
 
-def _flared(points: Array) -> Array:
+def _flared(points: Floats) -> Floats:
     """The shin: wide above the ankle."""
     x, y, z = points.T
     wide = 1.22 - 0.04 * (z - 4.6)
     return np.stack([x * wide, 4.4 + (y - 4.4) * wide, z], axis=1)
 
 
-def _bellows(low: float, high: float, thin: float, thick: float, folds: int) -> list[Array]:
+def _bellows(low: float, high: float, thin: float, thick: float, folds: int) -> list[Floats]:
     """The outline of a folded tube, for `lathe`."""
     height = np.linspace(low, high, 2 * folds + 1)
     radius = np.where(np.arange(2 * folds + 1) % 2, thick, thin)
@@ -64,7 +65,7 @@ def _finger(x: float, y: float) -> Shape:
     """A finger whose root is so far from the palm's middle, hooked outwards."""
     finger = lathe([[(0, 15.3), (0.85, 17), (0.7, 19.8)]], (0, 0, 0), 4)
 
-    def hooked(points: Array) -> Array:
+    def hooked(points: Floats) -> Floats:
         out = 1 + 0.12 * (points[:, 2:] - 15.3) * (19.8 - points[:, 2:])
         return np.concatenate([points[:, :2] + [0, 11.2] + out * [x, y], points[:, 2:]], axis=1)
 

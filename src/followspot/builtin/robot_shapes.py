@@ -9,12 +9,11 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from followspot.arrays import Floats, Ints
 
-Outline = Sequence[tuple[float, float]] | Array
+Outline = Sequence[tuple[float, float]] | Floats
 """(radius, height) in units, point by point."""
 
 FAR = 99.0
@@ -39,22 +38,22 @@ class Shape:
         st_triangles: (m, 3) indices into `st`.
     """
 
-    points: Array
-    normals: Array
+    points: Floats
+    normals: Floats
     triangles: Ints
-    st: Array
+    st: Floats
     islands: Ints
-    depths: Array
+    depths: Floats
     st_triangles: Ints
 
-    def warped(self, move: Callable[[Array], Array]) -> "Shape":
+    def warped(self, move: Callable[[Floats], Floats]) -> "Shape":
         """Bend the shape by a smooth map of points, (n, 3) to (n, 3)."""
         step = 1e-4
         moved = move(self.points)  # and normals by the inverse transpose of its derivative
         columns = [(move(self.points + step * axis) - moved) / step for axis in np.eye(3)]
         jacobian = np.stack(columns, axis=2)
         raw = np.linalg.solve(jacobian.transpose(0, 2, 1), self.normals[..., None])[..., 0]
-        normals: Array = raw / np.linalg.norm(raw, axis=1, keepdims=True)
+        normals: Floats = raw / np.linalg.norm(raw, axis=1, keepdims=True)
         return replace(self, points=moved, normals=normals)
 
     def mirrored(self) -> "Shape":
@@ -113,7 +112,7 @@ def _box_polygons() -> tuple[Ints, Ints, Ints]:
     return _clockwise(np.array(quads), points), np.array(islands), _clockwise(corners, points)
 
 
-def _clockwise(polygons: Ints, points: Array) -> Ints:
+def _clockwise(polygons: Ints, points: Floats) -> Ints:
     """Turn polygons of a convex body round the origin so that they wind clockwise from outside."""
     a, b, c = (points[polygons[:, i]] for i in range(3))
     inward = (np.cross(c - a, b - a) * a).sum(axis=1) < 0
@@ -175,7 +174,7 @@ def lathe(runs: Sequence[Outline], at: ArrayLike, segments: int, axis: int = 2) 
     return _joined([_turned(run, np.asarray(at, np.float64), segments, axis) for run in runs])
 
 
-def _turned(run: Outline, at: Array, segments: int, axis: int) -> Shape:
+def _turned(run: Outline, at: Floats, segments: int, axis: int) -> Shape:
     outline = np.array(run, np.float64)
     radius, height = outline.T
     steps = np.diff(outline, axis=0)
@@ -186,7 +185,7 @@ def _turned(run: Outline, at: Array, segments: int, axis: int) -> Shape:
     angle = 2 * np.pi * np.arange(segments) / segments
     round_axis = np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
-    def around(out: Array, along: Array) -> Array:
+    def around(out: Floats, along: Floats) -> Floats:
         flat = out[:, None, None] * round_axis
         high = np.broadcast_to(along[:, None, None], (len(out), segments, 1))
         return np.roll(np.concatenate([flat, high], axis=2).reshape(-1, 3), axis + 1, axis=1)

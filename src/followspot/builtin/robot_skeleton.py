@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from followspot.builtin.robot_shapes import Array
+from followspot.arrays import Floats
 
 SIDES = {"l": 1, "r": -1}
 """Sign of y by the suffix of a bone of a pair; index 0 and 1 where an array has a side axis."""
@@ -61,31 +61,31 @@ class Placed:
         at: (f, 3) where its pivot is.
     """
 
-    pivot: Array
-    linear: Array
-    at: Array
+    pivot: Floats
+    linear: Floats
+    at: Floats
 
-    def points(self, rest: Array) -> Array:
+    def points(self, rest: Floats) -> Floats:
         """(f, n, 3) places of (n, 3) points at rest."""
         return (rest - self.pivot) @ self.linear.transpose(0, 2, 1) + self.at[:, None]
 
-    def normals(self, rest: Array) -> Array:
+    def normals(self, rest: Floats) -> Floats:
         """(f, n, 3) unit normals of (n, 3) normals at rest."""
         turned = rest @ np.linalg.inv(self.linear)
-        unit: Array = turned / np.linalg.norm(turned, axis=2, keepdims=True)
+        unit: Floats = turned / np.linalg.norm(turned, axis=2, keepdims=True)
         return unit
 
-    def child(self, pivot: Array, linear: Array) -> "Placed":
+    def child(self, pivot: Floats, linear: Floats) -> "Placed":
         """The bone hinged to this one at a place at rest."""
         return Placed(pivot, self.linear @ linear, self.points(pivot[None])[:, 0])
 
 
-def rotations(angles: Array) -> Array:
+def rotations(angles: Floats) -> Floats:
     """(..., 3, 3) rotations of (..., 3) angles: roll, pitch, yaw in degrees."""
     x, y, z = np.moveaxis(np.radians(angles), -1, 0)
     one, nought = np.ones_like(x), np.zeros_like(x)
 
-    def matrix(*rows: Array) -> Array:
+    def matrix(*rows: Floats) -> Floats:
         return np.stack(rows, axis=-1).reshape(*x.shape, 3, 3)
 
     cos, sin = np.cos(x), np.sin(x)
@@ -94,7 +94,7 @@ def rotations(angles: Array) -> Array:
     pitch = matrix(cos, nought, sin, nought, one, nought, -sin, nought, cos)
     cos, sin = np.cos(z), np.sin(z)
     yaw = matrix(cos, -sin, nought, sin, cos, nought, nought, nought, one)
-    turned: Array = yaw @ pitch @ roll
+    turned: Floats = yaw @ pitch @ roll
     return turned
 
 
@@ -126,7 +126,7 @@ def place_bones(poses: Poses) -> dict[str, Placed]:
     return bones
 
 
-def _leg(side: str, across: Array, hip: Array, ankle: Array) -> dict[str, Placed]:
+def _leg(side: str, across: Floats, hip: Floats, ankle: Floats) -> dict[str, Placed]:
     """Bend the knee forward so that thigh and shin, of fixed lengths, reach from hip to ankle.
 
     A leg that is too short is stretched out straight and does not reach; animations see to it that
@@ -150,7 +150,7 @@ def _leg(side: str, across: Array, hip: Array, ankle: Array) -> dict[str, Placed
     return bones
 
 
-def _frame(down: Array, across: Array) -> Array:
+def _frame(down: Floats, across: Floats) -> Floats:
     """(f, 3, 3) rotations whose columns are a direction, one across it, and what is left."""
     z = down / np.linalg.norm(down, axis=1, keepdims=True)
     return np.stack([np.cross(across, z), across, z], axis=2)

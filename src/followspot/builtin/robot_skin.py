@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.builtin.robot_atlas import Surface
 from followspot.builtin.robot_model import Part
-from followspot.builtin.robot_shapes import Array
 from followspot.builtin.texture_tools import mix, noise, smoothstep, tinted, to_image
 
 PAINTS = {
@@ -37,16 +37,16 @@ _SOFT = 0.16
 """Units over which a painted border fades: about a texel."""
 
 
-def _within(distance: Array) -> Array:
+def _within(distance: Floats) -> Floats:
     """1 where a signed distance is below 0, 0 above, soft in between."""
     return smoothstep(_SOFT / 2, -_SOFT / 2, distance)
 
 
-def _box(u: Array, v: Array, left: float, low: float, right: float, high: float) -> Array:
+def _box(u: Floats, v: Floats, left: float, low: float, right: float, high: float) -> Floats:
     """Signed distance to a rectangle."""
     across = np.abs(u - (left + right) / 2) - (right - left) / 2
     up = np.abs(v - (low + high) / 2) - (high - low) / 2
-    distance: Array = np.maximum(across, up)
+    distance: Floats = np.maximum(across, up)
     return distance
 
 
@@ -61,24 +61,26 @@ class _Painter:
         self.colour = paints[surface.part]
         self.painted = np.array([p.paint in _PAINTED for p in parts] + [False])[surface.part]
 
-    def on(self, name: str, axis: int | None = None, sign: int = 1) -> Array:
+    def on(self, name: str, axis: int | None = None, sign: int = 1) -> Floats:
         """1 on a part, or on its side that looks along an axis."""
         mask = self._surface.part == self._names.index(name)
         if axis is not None:
             mask &= self._surface.normal[..., axis] * sign > 0.72
-        covered: Array = mask.astype(np.float64)
+        covered: Floats = mask.astype(np.float64)
         return covered
 
-    def fill(self, mask: Array, colour: Sequence[float]) -> None:
+    def fill(self, mask: Floats, colour: Sequence[float]) -> None:
         """Paint an area."""
         self.colour = mix(self.colour, colour, mask)
 
-    def groove(self, mask: Array, distance: Array, width: float = 0.22) -> None:
+    def groove(self, mask: Floats, distance: Floats, width: float = 0.22) -> None:
         """Cut a dark line where the distance is 0, its lower lip catching some light."""
         self.fill(mask * _within(np.abs(distance - width) - width / 2) * 0.22, (1, 1, 1))
         self.fill(mask * _within(np.abs(distance) - width / 2) * 0.85, _SHADOW)
 
-    def dots(self, mask: Array, u: Array, v: Array, places: Sequence[tuple[float, float]]) -> None:
+    def dots(
+        self, mask: Floats, u: Floats, v: Floats, places: Sequence[tuple[float, float]]
+    ) -> None:
         """Set screws."""
         for a, b in places:
             distance = np.hypot(u - a, v - b)

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from followspot.arrays import Floats
 
 
-def _frequencies(shape: tuple[int, int]) -> Array:
+def _frequencies(shape: tuple[int, int]) -> Floats:
     """Return the distance from zero of each frequency of a field, in cycles a texel."""
     rows, columns = np.fft.fftfreq(shape[0]), np.fft.rfftfreq(shape[1])
-    distance: Array = np.hypot(rows[:, None], columns[None])
+    distance: Floats = np.hypot(rows[:, None], columns[None])
     return distance
 
 
@@ -26,7 +26,7 @@ def noise(
     slope: float = 1.5,
     coarsest: float = np.inf,
     stretch: tuple[float, float] = (1.0, 1.0),
-) -> Array:
+) -> Floats:
     """Return noise of unit deviation whose amplitude falls as frequency to the power ``-slope``.
 
     Args:
@@ -42,27 +42,27 @@ def noise(
     frequency[0, 0] = np.inf
     weight = frequency**-slope * (frequency >= 1 / coarsest)
     field = np.fft.irfft2(np.fft.rfft2(white) * weight, shape)
-    scaled: Array = field / field.std()
+    scaled: Floats = field / field.std()
     return scaled
 
 
-def blur(field: Array, radius: float) -> Array:
+def blur(field: Floats, radius: float) -> Floats:
     """Return the field under a Gaussian of standard deviation ``radius``."""
     weight = np.exp(-2 * (np.pi * radius * _frequencies(field.shape)) ** 2)
-    smooth: Array = np.fft.irfft2(np.fft.rfft2(field) * weight, field.shape)
+    smooth: Floats = np.fft.irfft2(np.fft.rfft2(field) * weight, field.shape)
     return smooth
 
 
-def smoothstep(low: float, high: float, value: ArrayLike) -> Array:
+def smoothstep(low: float, high: float, value: ArrayLike) -> Floats:
     """Return the smooth ramp from 0 at ``low`` to 1 at ``high``; ``low`` may be the greater."""
     t = np.clip((np.asarray(value, dtype=np.float64) - low) / (high - low), 0, 1)
-    ramp: Array = t * t * (3 - 2 * t)
+    ramp: Floats = t * t * (3 - 2 * t)
     return ramp
 
 
 def masonry(
     size: int, courses: Sequence[int], lengths: tuple[int, int], seed: int, wobble: float = 0.0
-) -> tuple[Array, Array, Array]:
+) -> tuple[Floats, Floats, Floats]:
     """Lay blocks in courses.
 
     Args:
@@ -97,30 +97,30 @@ def masonry(
     return np.minimum(distance, from_bed), first, second
 
 
-def cracks(size: int, seed: int, width: float) -> Array:
+def cracks(size: int, seed: int, width: float) -> Floats:
     """Return thin lines, 1 on them and 0 elsewhere, along the zeros of a noise, here and there."""
     field = noise((size, size), seed, slope=2.3, coarsest=size / 3)
     steep = np.hypot(*np.gradient(field)) + 1e-6
     here = smoothstep(0.7, 1.5, noise((size, size), seed + 1, slope=2.0, coarsest=size / 2))
-    line: Array = (1 - smoothstep(0, width, np.abs(field) / steep)) * here
+    line: Floats = (1 - smoothstep(0, width, np.abs(field) / steep)) * here
     return line
 
 
-def mix(colour: Array, other: ArrayLike, share: Array) -> Array:
+def mix(colour: Floats, other: ArrayLike, share: Floats) -> Floats:
     """Return one colour field, (h, w, 3), gone over to another colour by a share, (h, w)."""
     target = np.asarray(other, dtype=np.float64)
-    mixed: Array = colour + (target - colour) * np.clip(share, 0, 1)[..., None]
+    mixed: Floats = colour + (target - colour) * np.clip(share, 0, 1)[..., None]
     return mixed
 
 
-def tinted(colour: ArrayLike, *shades: Array) -> Array:
+def tinted(colour: ArrayLike, *shades: Floats) -> Floats:
     """Return a colour, (3,) or (h, w, 3), brightened by the sum of relative shades, (h, w)."""
     factor = 1 + np.sum(shades, axis=0)
-    field: Array = np.asarray(colour, dtype=np.float64) * factor[..., None]
+    field: Floats = np.asarray(colour, dtype=np.float64) * factor[..., None]
     return field
 
 
-def weathered(colour: Array, height: Array, *, wear: float, dirt: float, reach: float) -> Array:
+def weathered(colour: Floats, height: Floats, *, wear: float, dirt: float, reach: float) -> Floats:
     """Lighten what stands out and darken what lies in pits, as feet and rain do.
 
     Args:
@@ -135,7 +135,7 @@ def weathered(colour: Array, height: Array, *, wear: float, dirt: float, reach: 
     return tinted(colour, shade)
 
 
-def to_image(colour: Array, alpha: Array | None = None) -> NDArray[np.uint8]:
+def to_image(colour: Floats, alpha: Floats | None = None) -> NDArray[np.uint8]:
     """Return a colour field, sRGB 0 to 1, as an image, with alpha where given."""
     planes = colour if alpha is None else np.dstack([colour, alpha])
     return (np.clip(planes, 0, 1) * 255 + 0.5).astype(np.uint8)

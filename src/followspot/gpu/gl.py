@@ -15,6 +15,10 @@ FRAMEBUFFER_SRGB = 0x8DB9
 
 
 def flush_function(context: moderngl.Context) -> Callable[[], None]:
-    """A context's glFlush: what has been drawn so far is begun with now."""
+    """A context's glFlush: what has been drawn so far is begun with now.
+
+    moderngl has no name for it, and gives its loader of functions to nobody. Made by hand, a loader
+    would have to be handed to moderngl with each of the ways to a context.
+    """
     address = context.mglo._context.load("glFlush")
     return ctypes.CFUNCTYPE(None)(address)

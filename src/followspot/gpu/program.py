@@ -125,23 +125,18 @@ def expand(
     return f"{version}\n{macros}#line 2 0\n{rest}", sources
 
 
-def uniform(program: moderngl.Program, name: str) -> moderngl.Uniform:
-    """A program's uniform, to be set; it must be one that the shader uses."""
-    found = program[name]
-    assert isinstance(found, moderngl.Uniform), found
-    return found
-
-
 def set_uniform(
     program: moderngl.Program, name: str, value: float | tuple[float, ...] | NDArray[np.float32]
 ) -> None:
     """Set a uniform, unless the shader does not use it: it may be one that is being edited."""
     if name not in program:
         return
+    uniform = program[name]
+    assert isinstance(uniform, moderngl.Uniform), uniform
     if isinstance(value, np.ndarray):
-        uniform(program, name).write(value)
+        uniform.write(value)
     else:
-        uniform(program, name).value = value
+        uniform.value = value
 
 
 def build(

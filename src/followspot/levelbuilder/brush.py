@@ -7,10 +7,11 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.projection import Projection, world_aligned
-from followspot.levelbuilder.winding import Array, area, base_winding, split
+from followspot.levelbuilder.winding import area, base_winding, split
 
 WORLD_EXTENT = 65536.0
 """Half side, in units, of the square that a brush's sides are cut from."""
@@ -37,11 +38,11 @@ class Side:
         texture: (2, 4) matrix from (x, y, z, 1) to texture coordinates.
     """
 
-    normal: Array
+    normal: Floats
     dist: float
     material: Material
-    winding: Array
-    texture: Array
+    winding: Floats
+    texture: Floats
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ class Brush:
     sides: tuple[Side, ...]
     material: Material
     detail: bool
-    mins: Array
-    maxs: Array
+    mins: Floats
+    maxs: Floats
 
     @property
     def hides(self) -> bool:
@@ -75,7 +76,7 @@ class Brush:
 
 
 def brush_from_planes(
-    planes: Array,
+    planes: Floats,
     material: Material,
     *,
     faces: Mapping[str, Material] | None = None,
@@ -99,7 +100,7 @@ def brush_from_planes(
     named = _by_direction(material, faces)
     sides = []
     for i, plane in enumerate(planes):
-        winding: Array | None = base_winding(plane[:3], plane[3], WORLD_EXTENT)
+        winding: Floats | None = base_winding(plane[:3], plane[3], WORLD_EXTENT)
         for j, other in enumerate(planes):
             if winding is not None and i != j:
                 winding = split(winding, other[:3], other[3])[1]

@@ -9,15 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Mask
 from followspot.errors import UsageError
 from followspot.levelbuilder.brush import Brush
 from followspot.levelbuilder.csg import Fragment
 from followspot.levelbuilder.winding import (
     EPSILON,
     MIN_AREA,
-    Array,
     area,
     area_vector,
     base_winding,
@@ -35,9 +34,9 @@ MAX_CANDIDATES = 48
 class Leaf:
     """A convex cell of the tree with its box, its neighbours and what lies in it."""
 
-    mins: Array
-    maxs: Array
-    centre: Array
+    mins: Floats
+    maxs: Floats
+    centre: Floats
     solid: bool = False
     inside: bool = False
     neighbours: list["Leaf"] = field(default_factory=list)
@@ -49,11 +48,11 @@ class Leaf:
 class Node:
     """A splitting plane with what lies in front of it and behind it."""
 
-    normal: Array
+    normal: Floats
     dist: float
-    mins: Array
-    maxs: Array
-    portal: Array
+    mins: Floats
+    maxs: Floats
+    portal: Floats
     front: "Node | Leaf"
     back: "Node | Leaf"
 
@@ -62,10 +61,10 @@ class Node:
 class _Polygons:
     """Fragments as arrays: corners padded to one length, and each one's plane."""
 
-    corners: Array  # (n, k, 3)
-    planes: Array  # (n, 4)
+    corners: Floats  # (n, k, 3)
+    planes: Floats  # (n, 4)
 
-    def take(self, keep: NDArray[np.bool_]) -> "_Polygons":
+    def take(self, keep: Mask) -> "_Polygons":
         return _Polygons(self.corners[keep], self.planes[keep])
 
 
@@ -99,12 +98,12 @@ def build_tree(fragments: Sequence[Fragment], brushes: Sequence[Brush]) -> Node:
     return tree
 
 
-def _box_cell(mins: Array, maxs: Array) -> list[Array]:
+def _box_cell(mins: Floats, maxs: Floats) -> list[Floats]:
     normals = np.concatenate([-np.eye(3), np.eye(3)])
     dists = np.concatenate([-mins, maxs])
     cell = []
     for i in range(6):
-        winding: Array | None = base_winding(normals[i], dists[i], 1e5)
+        winding: Floats | None = base_winding(normals[i], dists[i], 1e5)
         for j in range(6):
             if i != j and winding is not None:
                 winding = split(winding, normals[j], dists[j])[1]
@@ -113,7 +112,7 @@ def _box_cell(mins: Array, maxs: Array) -> list[Array]:
     return cell
 
 
-def _split_cell(polygons: _Polygons, cell: list[Array]) -> Node | Leaf:
+def _split_cell(polygons: _Polygons, cell: list[Floats]) -> Node | Leaf:
     """Build the subtree of a convex cell (its walls as windings) and the polygons in it."""
     points = np.concatenate(cell)
     mins, maxs = points.min(axis=0), points.max(axis=0)
@@ -121,8 +120,8 @@ def _split_cell(polygons: _Polygons, cell: list[Array]) -> Node | Leaf:
         return Leaf(mins, maxs, points.mean(axis=0))
     plane = _choose_plane(polygons)
     normal, dist = plane[:3], float(plane[3])
-    portal: Array | None = base_winding(normal, dist, 1e5)
-    halves: tuple[list[Array], list[Array]] = ([], [])
+    portal: Floats | None = base_winding(normal, dist, 1e5)
+    halves: tuple[list[Floats], list[Floats]] = ([], [])
     for wall in cell:
         for half, part in zip(halves, split(wall, normal, dist), strict=True):
             if part is not None:
@@ -142,7 +141,7 @@ def _split_cell(polygons: _Polygons, cell: list[Array]) -> Node | Leaf:
     return Node(normal, dist, mins, maxs, portal, front, back)
 
 
-def _outward(wall: Array, points: Array) -> Array:
+def _outward(wall: Floats, points: Floats) -> Floats:
     """Return the plane (4,) of a cell's wall, facing away from the cell's corners."""
     normal = area_vector(wall)
     normal /= np.linalg.norm(normal)
@@ -152,7 +151,7 @@ def _outward(wall: Array, points: Array) -> Array:
     return np.array([*normal, dist])
 
 
-def _choose_plane(polygons: _Polygons) -> Array:
+def _choose_plane(polygons: _Polygons) -> Floats:
     """Pick the plane that splits few polygons, takes many, is upright and balances the halves."""
     _, first = np.unique(np.round(polygons.planes, 3), axis=0, return_index=True)
     if len(first) > MAX_CANDIDATES:
@@ -165,7 +164,7 @@ def _choose_plane(polygons: _Polygons) -> Array:
     taken = (~front & ~back).sum(axis=1)
     balance = np.abs(front.sum(axis=1) - back.sum(axis=1))
     upright = (np.abs(planes[:, :3]).max(axis=1) > 1 - 1e-6) * 5
-    best: Array = planes[np.argmax(5 * taken - 5 * splits - balance + upright)]
+    best: Floats = planes[np.argmax(5 * taken - 5 * splits - balance + upright)]
     return best
 
 
@@ -184,7 +183,7 @@ def leafs(tree: Node | Leaf) -> list[Leaf]:
     return leafs(tree.front) + leafs(tree.back)
 
 
-def leaf_at(tree: Node, point: Array) -> Leaf:
+def leaf_at(tree: Node, point: Floats) -> Leaf:
     """Return the leaf that a point, (3,), lies in."""
     at: Node | Leaf = tree
     while isinstance(at, Node):
@@ -193,8 +192,8 @@ def leaf_at(tree: Node, point: Array) -> Leaf:
 
 
 def pieces_in_leafs(
-    tree: Node | Leaf, winding: Array, normal: Array | None = None
-) -> list[tuple[Leaf, Array]]:
+    tree: Node | Leaf, winding: Floats, normal: Floats | None = None
+) -> list[tuple[Leaf, Floats]]:
     """Cut a winding along the tree and return each piece with its leaf.
 
     Args:
@@ -218,7 +217,7 @@ def pieces_in_leafs(
     return found
 
 
-def leafs_of_points(tree: Node | Leaf, points: Array) -> list[Leaf]:
+def leafs_of_points(tree: Node | Leaf, points: Floats) -> list[Leaf]:
     """Return every leaf that the hull of some points, (n, 3), may touch."""
     if isinstance(tree, Leaf):
         return [tree]
@@ -238,7 +237,7 @@ def _connect(tree: Node) -> None:
                         back_leaf.neighbours.append(front_leaf)
 
 
-def flood(tree: Node, origins: Array) -> None:
+def flood(tree: Node, origins: Floats) -> None:
     """Mark as inside what can be reached from the entities' origins, (n, 3); the rest is solid.
 
     Raises:

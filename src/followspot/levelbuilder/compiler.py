@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.levelbuilder.brush import Brush
 from followspot.levelbuilder.bsp_tree import (
@@ -24,7 +25,7 @@ from followspot.levelbuilder.lights import find_lights
 from followspot.levelbuilder.lumps import Model, gather, model_box
 from followspot.levelbuilder.mesh import Mesh, weld_t_junctions
 from followspot.levelbuilder.patches import Patch
-from followspot.levelbuilder.winding import Array, area
+from followspot.levelbuilder.winding import area
 from followspot.levelbuilder.writer import bsp_bytes
 
 
@@ -126,13 +127,13 @@ def _seen_from_inside(tree: Node, fragment: Fragment) -> list[_Shown]:
     return shown
 
 
-def _pieces(patch: Patch) -> Array:
+def _pieces(patch: Patch) -> Floats:
     """Return the control hulls of a patch's biquadratic pieces, (n, 9, 3)."""
     windows = np.lib.stride_tricks.sliding_window_view(patch.points, (3, 3), axis=(0, 1))
     return windows[::2, ::2].transpose(0, 1, 3, 4, 2).reshape(-1, 9, 3)
 
 
-def _leafs_of_hulls(tree: Node, hulls: Array) -> list[Leaf]:
+def _leafs_of_hulls(tree: Node, hulls: Floats) -> list[Leaf]:
     """Return the open leafs that the convex hulls of point sets, (n, k, 3), may touch."""
     return _unique(
         [leaf for hull in hulls for leaf in leafs_of_points(tree, hull) if not leaf.solid]

@@ -10,15 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.levelbuilder.brush import Brush, Side
-from followspot.levelbuilder.winding import EPSILON, MIN_AREA, Array, area, merge, split
+from followspot.levelbuilder.winding import EPSILON, MIN_AREA, area, merge, split
 
 
 @dataclass(frozen=True)
 class Fragment:
     """A convex piece of a brush's side: its winding, the side and the brush's index."""
 
-    winding: Array
+    winding: Floats
     side: Side
     brush: int
 
@@ -48,7 +49,7 @@ def visible_fragments(brushes: Sequence[Brush]) -> list[Fragment]:
     return fragments
 
 
-def _outside(winding: Array, side: Side, solid: Brush, wins: bool) -> list[Array]:
+def _outside(winding: Floats, side: Side, solid: Brush, wins: bool) -> list[Floats]:
     """Return what of a winding lies outside a solid; whole where the two do not overlap."""
     rest = winding
     pieces = []
@@ -71,7 +72,7 @@ def _outside(winding: Array, side: Side, solid: Brush, wins: bool) -> list[Array
     return pieces
 
 
-def merge_all(pieces: list[Array]) -> list[Array]:
+def merge_all(pieces: list[Floats]) -> list[Floats]:
     """Join convex pieces of one plane that share a whole edge, as long as the join is convex."""
     left = dict(enumerate(pieces))
     owners = {edge: i for i, piece in left.items() for edge in _edges(piece)}
@@ -92,7 +93,7 @@ def merge_all(pieces: list[Array]) -> list[Array]:
     return list(left.values())
 
 
-def _edges(winding: Array) -> list[tuple[bytes, bytes]]:
+def _edges(winding: Floats) -> list[tuple[bytes, bytes]]:
     """Return a winding's directed edges, their ends rounded so that equal corners are equal."""
     keys = [corner.tobytes() for corner in np.round(winding * 64).astype(np.int64)]
     return list(zip(keys, keys[1:] + keys[:1], strict=True))

@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.assets.bsp import FaceType
 from followspot.levelbuilder.brush import Side
 from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.mesh import Mesh, triangulate
 from followspot.levelbuilder.patches import Patch, evaluate
 from followspot.levelbuilder.projection import apply
-from followspot.levelbuilder.winding import Array
 
 BY_VERTEX = -3
 """Lightmap index of faces that are lit by their vertices' colours."""
@@ -39,24 +39,24 @@ class Face:
 
     kind: FaceType
     material: Material
-    points: Array
-    st: Array
-    normals: Array
-    triangles: NDArray[np.int64]
+    points: Floats
+    st: Floats
+    normals: Floats
+    triangles: Ints
     patch_size: tuple[int, int] = (0, 0)
     colors: NDArray[np.uint8] = field(init=False)
     lightmap: int = BY_VERTEX
-    lightmap_st: Array = field(init=False)
+    lightmap_st: Floats = field(init=False)
     lightmap_rect: tuple[int, int, int, int] = (0, 0, 0, 0)
-    lightmap_origin: Array = field(default_factory=lambda: np.zeros(3))
-    lightmap_axes: Array = field(default_factory=lambda: np.zeros((2, 3)))
+    lightmap_origin: Floats = field(default_factory=lambda: np.zeros(3))
+    lightmap_axes: Floats = field(default_factory=lambda: np.zeros((2, 3)))
 
     def __post_init__(self) -> None:
         self.colors = np.full((len(self.points), 4), 255, np.uint8)
         self.lightmap_st = np.zeros((len(self.points), 2))
 
 
-def polygon_face(winding: Array, side: Side) -> Face:
+def polygon_face(winding: Floats, side: Side) -> Face:
     """Return the face of a convex polygon on a brush's side."""
     st = apply(side.texture, winding)
     st -= np.floor(st.mean(axis=0))  # near zero, where float32 is fine
@@ -79,7 +79,7 @@ def patch_face(patch: Patch) -> Face:
     )
 
 
-def patch_normals(controls: Array, rows: Array, columns: Array) -> Array:
+def patch_normals(controls: Floats, rows: Floats, columns: Floats) -> Floats:
     """Return unit normals, (m, n, 3), at parameters of a grid of controls as in `evaluate`.
 
     They come from differences over a small step inside the grid, so that a point where an edge
@@ -94,7 +94,7 @@ def patch_normals(controls: Array, rows: Array, columns: Array) -> Array:
     upwards = evaluate(controls, rows + step, columns) - evaluate(controls, rows - step, columns)
     rightwards = evaluate(controls, rows, columns + step) - evaluate(controls, rows, columns - step)
     normals = np.cross(rightwards, upwards)
-    unit: Array = normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-12)
+    unit: Floats = normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-12)
     return unit
 
 

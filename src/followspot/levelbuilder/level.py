@@ -4,11 +4,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from followspot.arrays import Floats
+from followspot.game import FLOOR_BELOW_PLAYER
 from followspot.levelbuilder.brush import Brush
 from followspot.levelbuilder.entities import Entity, Value, entity
 from followspot.levelbuilder.mesh import Mesh
 from followspot.levelbuilder.patches import Patch
-from followspot.levelbuilder.winding import Array
 
 Part = Brush | Patch | Mesh
 
@@ -44,7 +45,9 @@ class Level:
 
     def spawn(self, x: float, y: float, floor: float, angle: float = 0.0) -> None:
         """Add a spawn point on a floor; players look along ``angle``, degrees from +x."""
-        self.entity("info_player_deathmatch", origin=(x, y, floor + 24), angle=angle)
+        self.entity(
+            "info_player_deathmatch", origin=(x, y, floor + FLOOR_BELOW_PLAYER), angle=angle
+        )
 
     def light(
         self, origin: Sequence[float], value: float = 300.0, color: Sequence[float] = (1, 1, 1)
@@ -52,7 +55,7 @@ class Level:
         """Add a lamp that lights a surface at r units with 7500 value / r^2, in byte values."""
         self.entity("light", origin=origin, light=value, _color=color)
 
-    def origins(self) -> Array:
+    def origins(self) -> Floats:
         """Return the origins, (n, 3), of the entities that have one: all inside the level."""
         texts = [item.keys["origin"] for item in self.entities if "origin" in item.keys]
         return np.array([text.split() for text in texts], dtype=np.float64).reshape(-1, 3)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.bsp import LUMPS, FaceType
 from followspot.assets.surface_flags import Surface
 from followspot.levelbuilder.bsp_tree import Node, leaf_at
@@ -13,7 +14,7 @@ from followspot.levelbuilder.faces import BY_VERTEX, Face, patch_normals
 from followspot.levelbuilder.lights import Lights, lit, lit_volume
 from followspot.levelbuilder.patches import evaluate, lengths
 from followspot.levelbuilder.raycast import Occluders
-from followspot.levelbuilder.winding import Array, plane_axes
+from followspot.levelbuilder.winding import plane_axes
 
 PAGE = 128
 """Luxels along a side of a page."""
@@ -34,8 +35,8 @@ class _Samples:
 
     columns: int
     rows: int
-    points: Array
-    normals: Array
+    points: Floats
+    normals: Floats
 
 
 def occluders(faces: Sequence[Face]) -> Occluders:
@@ -49,7 +50,7 @@ def occluders(faces: Sequence[Face]) -> Occluders:
     return Occluders(np.concatenate(corners), np.concatenate(opacity))
 
 
-def _triangles(face: Face) -> Array:
+def _triangles(face: Face) -> Floats:
     if face.kind != FaceType.PATCH:
         return face.points[face.triangles]
     columns, rows = face.patch_size
@@ -122,7 +123,7 @@ def _polygon_samples(face: Face) -> _Samples:
     return _Samples(columns, rows, points, np.broadcast_to(normal, points.shape))
 
 
-def _pulled_inside(points: Array, corners: Array) -> Array:
+def _pulled_inside(points: Floats, corners: Floats) -> Floats:
     """Move flat points, (n, 2), inside a convex outline, (k, 2), some way off its edges."""
     middle = corners.mean(axis=0)
     for _ in range(3):
@@ -170,7 +171,7 @@ def _pack(faces: Sequence[Face], samples: Sequence[_Samples]) -> NDArray[np.uint
 
 
 def bake_grid(
-    tree: Node, mins: Array, maxs: Array, lights: Lights, shadow: Occluders
+    tree: Node, mins: Floats, maxs: Floats, lights: Lights, shadow: Occluders
 ) -> NDArray[np.void]:
     """Return the light grid over the world model's box; cells in solid stay black, as is usual.
 

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.assets.shader_values import number, read_sun
 from followspot.assets.surface_flags import Surface
 from followspot.errors import UsageError
 from followspot.levelbuilder.entities import Entity
 from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.raycast import Occluders, passed_along, passed_to
-from followspot.levelbuilder.winding import Array
 
 SKY_DIRECTIONS = 24
 _POINT_SCALE = 7500.0
@@ -36,16 +36,16 @@ class Lights:
         lamp_colors: (m, 3) byte values at one unit's distance.
     """
 
-    ambient: Array
-    directions: Array
-    colors: Array
+    ambient: Floats
+    directions: Floats
+    colors: Floats
     suns: int
-    lamps: Array
-    lamp_colors: Array
+    lamps: Floats
+    lamp_colors: Floats
 
 
 def find_lights(
-    entities: Sequence[Entity], materials: Sequence[Material], ambient: Array
+    entities: Sequence[Entity], materials: Sequence[Material], ambient: Floats
 ) -> Lights:
     """Gather the lights that a level names.
 
@@ -91,7 +91,7 @@ def find_lights(
     )
 
 
-def sky_directions(count: int) -> Array:
+def sky_directions(count: int) -> Floats:
     """Return unit vectors, (count, 3), spread evenly over the upper half (a Fibonacci spiral)."""
     k = np.arange(count) + 0.5
     z = k / count
@@ -100,7 +100,7 @@ def sky_directions(count: int) -> Array:
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
 
 
-def lit(lights: Lights, occluders: Occluders, points: Array, normals: Array) -> Array:
+def lit(lights: Lights, occluders: Occluders, points: Floats, normals: Floats) -> Floats:
     """Return the light, (n, 3) byte values, at points, (n, 3), of surfaces with unit normals."""
     light = np.tile(lights.ambient, (len(points), 1))
     for direction, color in zip(lights.directions, lights.colors, strict=True):
@@ -118,7 +118,9 @@ def lit(lights: Lights, occluders: Occluders, points: Array, normals: Array) -> 
     return light
 
 
-def lit_volume(lights: Lights, occluders: Occluders, points: Array) -> tuple[Array, Array, Array]:
+def lit_volume(
+    lights: Lights, occluders: Occluders, points: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return the light in free air at points, (n, 3).
 
     Returns:

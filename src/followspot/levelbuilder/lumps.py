@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.assets.bsp import LUMPS, FaceType
 from followspot.levelbuilder.brush import Brush
 from followspot.levelbuilder.bsp_tree import Node, leafs, nodes
 from followspot.levelbuilder.faces import Face
 from followspot.levelbuilder.material import Material
-from followspot.levelbuilder.winding import Array
 from followspot.levelbuilder.writer import PlaneTable, ShaderTable, all_visible, runs
 
 
@@ -73,7 +73,7 @@ def _face_lumps(faces: Sequence[Face], shaders: ShaderTable) -> dict[str, bytes]
     }
 
 
-def _lightmap_axes(face: Face) -> Array:
+def _lightmap_axes(face: Face) -> Floats:
     """Return the lightmap's axes; a patch keeps the box there that rules its level of detail."""
     if face.kind == FaceType.PATCH:
         return np.stack([face.points.min(axis=0), face.points.max(axis=0)])
@@ -99,7 +99,7 @@ def _brush_lumps(
     }
 
 
-def _collision_sides(brush: Brush) -> list[tuple[Array, float, Material]]:
+def _collision_sides(brush: Brush) -> list[tuple[Floats, float, Material]]:
     """Return the brush's planes, the six of its box first, in the order -x +x -y +y -z +z.
 
     The game reads a brush's box off its first six sides; and it sweeps boxes through the level,
@@ -146,7 +146,7 @@ def _tree_lumps(tree: Node, planes: PlaneTable) -> dict[str, bytes]:
     }
 
 
-def model_box(model: Model) -> tuple[Array, Array]:
+def model_box(model: Model) -> tuple[Floats, Floats]:
     """Return the least and greatest corner of a model's brushes and faces, (3,) each."""
     corners = [corner for brush in model.brushes for corner in (brush.mins, brush.maxs)]
     points = np.concatenate([np.array(corners), *(face.points for face in model.faces)])

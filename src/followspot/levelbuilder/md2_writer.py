@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.assets import md2
 from followspot.errors import UsageError
-from followspot.levelbuilder.winding import Array
-
-Ints = NDArray[np.int64]
 
 MAX_VERTICES = 2048
 MAX_TRIANGLES = 4096
@@ -43,7 +41,7 @@ class Md2Skin:
 
 
 def md2_bytes(
-    animations: Mapping[str, tuple[Array, Array]], triangles: Ints, skin: Md2Skin
+    animations: Mapping[str, tuple[Floats, Floats]], triangles: Ints, skin: Md2Skin
 ) -> bytes:
     """Return a whole MD2 file; the same model always gives the same bytes.
 
@@ -89,7 +87,7 @@ def md2_bytes(
     return b"".join([header.tobytes(), *(lump.tobytes() for lump in lumps.values())])
 
 
-def _frames(name: str, positions: Array, normals: Array) -> NDArray[Any]:
+def _frames(name: str, positions: Floats, normals: Floats) -> NDArray[Any]:
     """One animation's frames as the file holds them, all on one grid."""
     if len(name) > MAX_NAME or name[-1:].isdigit() or len(positions) > 99:
         expected = f"a name of at most {MAX_NAME} letters, no digit last, and at most 99 frames"

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.levelbuilder.material import Material
-from followspot.levelbuilder.winding import Array
 
 T_DISTANCE = 0.05
 """A corner nearer than this, in units, to another polygon's edge is put into that edge."""
@@ -28,13 +27,13 @@ class Mesh:
     """
 
     material: Material
-    points: Array
-    st: Array
-    normals: Array
-    triangles: NDArray[np.int64]
+    points: Floats
+    st: Floats
+    normals: Floats
+    triangles: Ints
 
 
-def quads(material: Material, corners: Array, st: Array | None = None) -> Mesh:
+def quads(material: Material, corners: Floats, st: Floats | None = None) -> Mesh:
     """Return a mesh of flat quads.
 
     Args:
@@ -57,7 +56,7 @@ def quads(material: Material, corners: Array, st: Array | None = None) -> Mesh:
     )
 
 
-def weld_t_junctions(windings: Sequence[Array]) -> list[Array]:
+def weld_t_junctions(windings: Sequence[Floats]) -> list[Floats]:
     """Put every polygon's corners into the edges of others that they lie on.
 
     Without this a rasteriser leaves pin holes where a corner meets the middle of an edge.
@@ -81,9 +80,7 @@ def weld_t_junctions(windings: Sequence[Array]) -> list[Array]:
     return np.split(everything[order], cuts)
 
 
-def _points_on_edges(
-    starts: Array, ends: Array, points: Array
-) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+def _points_on_edges(starts: Floats, ends: Floats, points: Floats) -> tuple[Ints, Ints, Floats]:
     """Return (edge, point, share of the edge's length) of points strictly inside edges."""
     edge_ids, point_ids, shares = [], [], []
     order = np.argsort(np.minimum(starts[:, 0], ends[:, 0]))  # points are sorted by x, too
@@ -108,7 +105,7 @@ def _points_on_edges(
     return np.concatenate(edge_ids), np.concatenate(point_ids), np.concatenate(shares)
 
 
-def triangulate(winding: Array) -> NDArray[np.int64]:
+def triangulate(winding: Floats) -> Ints:
     """Return triangles, (m, 3), of a convex polygon that may have straight corners.
 
     The smallest ear that is not empty is cut off each time, so that what is left never is.

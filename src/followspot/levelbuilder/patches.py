@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from followspot.arrays import Floats
 from followspot.levelbuilder.material import Material
 from followspot.levelbuilder.projection import apply, world_aligned
-from followspot.levelbuilder.winding import Array
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class Patch:
     """
 
     material: Material
-    points: Array
-    st: Array
+    points: Floats
+    st: Floats
 
 
 def flipped(patch: Patch) -> Patch:
@@ -39,7 +39,7 @@ def flipped(patch: Patch) -> Patch:
     return Patch(patch.material, patch.points[:, ::-1].copy(), st)
 
 
-def arc(start: float, end: float, pieces: int | None = None) -> Array:
+def arc(start: float, end: float, pieces: int | None = None) -> Floats:
     """Return control points, (2 n + 1, 2), of an arc of the unit circle.
 
     Args:
@@ -54,7 +54,7 @@ def arc(start: float, end: float, pieces: int | None = None) -> Array:
     return np.column_stack([np.cos(angles), np.sin(angles)]) * radii[:, None]
 
 
-def polyline(points: ArrayLike) -> Array:
+def polyline(points: ArrayLike) -> Floats:
     """Return a broken line, (n, k), as control points, (2 n - 1, k), with its bends sharp."""
     corners = np.asarray(points, dtype=np.float64)
     controls = np.empty((2 * len(corners) - 1, corners.shape[1]))
@@ -63,7 +63,7 @@ def polyline(points: ArrayLike) -> Array:
     return controls
 
 
-def evaluate(controls: Array, rows: Array, columns: Array) -> Array:
+def evaluate(controls: Floats, rows: Floats, columns: Floats) -> Floats:
     """Evaluate a grid of controls, (h, w, k), at parameters.
 
     Args:
@@ -76,11 +76,11 @@ def evaluate(controls: Array, rows: Array, columns: Array) -> Array:
     """
     across = _basis(rows, controls.shape[0])
     along = _basis(columns, controls.shape[1])
-    points: Array = np.einsum("mi,nj,ijk->mnk", across, along, controls)
+    points: Floats = np.einsum("mi,nj,ijk->mnk", across, along, controls)
     return points
 
 
-def _basis(parameters: Array, count: int) -> Array:
+def _basis(parameters: Floats, count: int) -> Floats:
     """Return the weights, (m, count), of a row of controls at each parameter."""
     piece = np.clip(np.floor(parameters).astype(int), 0, (count - 1) // 2 - 1)
     t = parameters - piece
@@ -92,16 +92,16 @@ def _basis(parameters: Array, count: int) -> Array:
     return weights
 
 
-def lengths(controls: Array) -> Array:
+def lengths(controls: Floats) -> Floats:
     """Return the arc length, (n,), from a curve's start to each of its controls, (n, k)."""
     fine = np.linspace(0, (len(controls) - 1) / 2, 8 * (len(controls) - 1) + 1)
     points = evaluate(controls[None].repeat(3, axis=0), np.zeros(1), fine)[0]
     run = np.concatenate([[0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()])
-    total: Array = run[::8]
+    total: Floats = run[::8]
     return total
 
 
-def ruled(material: Material, bottom: Array, top: Array, *, turned: bool = False) -> Patch:
+def ruled(material: Material, bottom: Floats, top: Floats, *, turned: bool = False) -> Patch:
     """Stretch straight lines between two control curves, (n, 3) each.
 
     Seen from the front the curves run rightwards. Texture goes by length along and up, or with
@@ -116,15 +116,15 @@ def ruled(material: Material, bottom: Array, top: Array, *, turned: bool = False
     return Patch(material, points, st / _texture_units(material))
 
 
-def _texture_units(material: Material) -> Array:
-    units: Array = np.array(material.size) * material.units_per_texel
+def _texture_units(material: Material) -> Floats:
+    units: Floats = np.array(material.size) * material.units_per_texel
     return units
 
 
 def lathe(
     material: Material,
     centre: ArrayLike,
-    profile: Array,
+    profile: Floats,
     *,
     start: float = 0.0,
     end: float = 360.0,
@@ -192,7 +192,7 @@ def arch(
     return patches
 
 
-def flat(material: Material, top: Array, bottom: Array, facing: Array) -> Patch:
+def flat(material: Material, top: Floats, bottom: Floats, facing: Floats) -> Patch:
     """Fill between two control curves of one plane; the texture is laid as on a brush there."""
     normal = facing / np.linalg.norm(facing)
     points = np.stack([bottom, (top + bottom) / 2, top])
@@ -224,7 +224,9 @@ def groin_vault(
         x, height = -curve[:, 0], mins[2] + rise * curve[:, 1]
         cos, sin = ((1, 0), (0, 1), (-1, 0), (0, -1))[quarter]
 
-        def place(x: Array, y: Array, height: Array = height, c: int = cos, s: int = sin) -> Array:
+        def place(
+            x: Floats, y: Floats, height: Floats = height, c: int = cos, s: int = sin
+        ) -> Floats:
             flat = np.column_stack([c * x - s * y, s * x + c * y])
             return np.column_stack([centre + flat * half, height])
 

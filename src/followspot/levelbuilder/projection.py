@@ -9,10 +9,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.levelbuilder.material import Material
-from followspot.levelbuilder.winding import Array, plane_axes
+from followspot.levelbuilder.winding import plane_axes
 
-Projection = Callable[[Array, Array, Material], Array]
+Projection = Callable[[Floats, Floats, Material], Floats]
 
 
 def world_aligned(
@@ -28,7 +29,7 @@ def world_aligned(
         turn: Turn of the picture in its plane, in degrees, clockwise.
     """
 
-    def axes(normal: Array, winding: Array, material: Material) -> Array:
+    def axes(normal: Floats, winding: Floats, material: Material) -> Floats:
         right, down = plane_axes(normal)
         cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
         vectors = np.stack([cos * right + sin * down, cos * down - sin * right])
@@ -41,18 +42,18 @@ def world_aligned(
 def fitted(across: float = 1.0, down: float = 1.0) -> Projection:
     """Stretch the texture over the face's rectangle, repeated ``across`` by ``down`` times."""
 
-    def axes(normal: Array, winding: Array, material: Material) -> Array:
+    def axes(normal: Floats, winding: Floats, material: Material) -> Floats:
         vectors = np.stack(plane_axes(normal))
         flat = winding @ vectors.T
         low, extent = flat.min(axis=0), np.ptp(flat, axis=0)
         times = np.array([across, down]) / extent
-        matrix: Array = np.concatenate([vectors, -low[:, None]], axis=1) * times[:, None]
+        matrix: Floats = np.concatenate([vectors, -low[:, None]], axis=1) * times[:, None]
         return matrix
 
     return axes
 
 
-def apply(matrix: Array, points: Array) -> Array:
+def apply(matrix: Floats, points: Floats) -> Floats:
     """Return texture coordinates, (..., 2), of points, (..., 3), under a projection's matrix."""
-    st: Array = points @ matrix[:, :3].T + matrix[:, 3]
+    st: Floats = points @ matrix[:, :3].T + matrix[:, 3]
     return st

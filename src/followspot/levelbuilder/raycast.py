@@ -9,9 +9,8 @@ Ray/Triangle Intersection" (1997).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from followspot.levelbuilder.winding import Array
+from followspot.arrays import Floats, Ints
 
 BINS = 128
 """Bins along each side of the grid."""
@@ -28,11 +27,11 @@ class Occluders:
         opacity: (n,) share of light that each stops, 0 to 1.
     """
 
-    corners: Array
-    opacity: Array
+    corners: Floats
+    opacity: Floats
 
 
-def passed_along(occluders: Occluders, points: Array, direction: Array) -> Array:
+def passed_along(occluders: Occluders, points: Floats, direction: Floats) -> Floats:
     """Return the share of light, (n,), that reaches points, (n, 3), from afar.
 
     Args:
@@ -52,7 +51,7 @@ def passed_along(occluders: Occluders, points: Array, direction: Array) -> Array
     return _passed(occluders, points, directions, np.inf, rays, triangles)
 
 
-def passed_to(occluders: Occluders, points: Array, light: Array) -> Array:
+def passed_to(occluders: Occluders, points: Floats, light: Floats) -> Floats:
     """Return the share of light, (n,), that reaches points, (n, 3), from a point, (3,)."""
     passed = np.ones(len(points))
     to_points = points - light
@@ -83,7 +82,7 @@ def passed_to(occluders: Occluders, points: Array, light: Array) -> Array:
     return passed
 
 
-def _pairs(low: Array, high: Array, dots: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _pairs(low: Floats, high: Floats, dots: Floats) -> tuple[Ints, Ints]:
     """Return (dot, box) index pairs that share a bin, for flat boxes and dots, (n, 2) each."""
     origin = dots.min(axis=0)
     scale = BINS / np.maximum(np.ptp(dots, axis=0), 1e-6) * (1 - 1e-9)
@@ -110,7 +109,7 @@ def _pairs(low: Array, high: Array, dots: Array) -> tuple[NDArray[np.int64], NDA
     return dot, box
 
 
-def _expand(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _expand(counts: Ints) -> tuple[Ints, Ints]:
     """Return for each of sum(counts) items whose it is, and which of the owner's it is."""
     owner = np.repeat(np.arange(len(counts)), counts)
     place = np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
@@ -119,12 +118,12 @@ def _expand(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.in
 
 def _passed(
     occluders: Occluders,
-    origins: Array,
-    directions: Array,
+    origins: Floats,
+    directions: Floats,
     limit: float,
-    rays: NDArray[np.int64],
-    triangles: NDArray[np.int64],
-) -> Array:
+    rays: Ints,
+    triangles: Ints,
+) -> Floats:
     """Return the share of light, (n,), that rays keep over their paired triangles."""
     a = occluders.corners[:, 0]
     edge_1, edge_2 = occluders.corners[:, 1] - a, occluders.corners[:, 2] - a
@@ -146,7 +145,7 @@ def _passed(
     return passed
 
 
-def _dots(a: Array, b: Array) -> Array:
+def _dots(a: Floats, b: Floats) -> Floats:
     """Return the dot products of the rows of two (n, 3) arrays."""
-    products: Array = np.einsum("ij,ij->i", a, b)
+    products: Floats = np.einsum("ij,ij->i", a, b)
     return products

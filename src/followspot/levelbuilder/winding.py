@@ -6,9 +6,8 @@ normal n and a distance d: n . x = d, with the front where n . x > d.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from followspot.arrays import Floats
 
 EPSILON = 0.01
 """Points nearer to a plane than this, in units, lie on it."""
@@ -17,7 +16,7 @@ MIN_AREA = 0.05
 """Polygons smaller than this, in square units, are dust from cutting and are dropped."""
 
 
-def plane_axes(normal: Array) -> tuple[Array, Array]:
+def plane_axes(normal: Floats) -> tuple[Floats, Floats]:
     """Return two unit vectors of a plane: rightwards and downwards as seen from its front.
 
     The first axis is horizontal, save on floors and ceilings, where it runs along +X.
@@ -30,26 +29,26 @@ def plane_axes(normal: Array) -> tuple[Array, Array]:
     return right, np.cross(right, normal)
 
 
-def base_winding(normal: Array, dist: float, extent: float) -> Array:
+def base_winding(normal: Floats, dist: float, extent: float) -> Floats:
     """Return a square of half side ``extent`` on a plane, centred at the foot of the origin."""
     right, down = plane_axes(normal)
     corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * extent
     return normal * dist + corners @ np.stack([right, down])
 
 
-def area_vector(winding: Array) -> Array:
+def area_vector(winding: Floats) -> Floats:
     """Return the polygon's area times its normal, (3,), in square units."""
     fan = winding[1:] - winding[0]
-    total: Array = np.cross(fan[1:], fan[:-1]).sum(axis=0) / 2
+    total: Floats = np.cross(fan[1:], fan[:-1]).sum(axis=0) / 2
     return total
 
 
-def area(winding: Array) -> float:
+def area(winding: Floats) -> float:
     """Return the polygon's area in square units."""
     return float(np.linalg.norm(area_vector(winding)))
 
 
-def split(winding: Array, normal: Array, dist: float) -> tuple[Array | None, Array | None]:
+def split(winding: Floats, normal: Floats, dist: float) -> tuple[Floats | None, Floats | None]:
     """Cut a winding by a plane and return its parts in front and behind; None where empty.
 
     A winding that lies on the plane counts as behind. The cut point of an edge is always worked
@@ -60,8 +59,8 @@ def split(winding: Array, normal: Array, dist: float) -> tuple[Array | None, Arr
         return None, winding
     if side.min() >= -EPSILON:
         return winding, None
-    front: list[Array] = []
-    back: list[Array] = []
+    front: list[Floats] = []
+    back: list[Floats] = []
     count = len(winding)
     for i in range(count):
         here, there = winding[i], winding[(i + 1) % count]
@@ -81,7 +80,7 @@ def split(winding: Array, normal: Array, dist: float) -> tuple[Array | None, Arr
     return np.array(front), np.array(back)
 
 
-def merge(first: Array, second: Array) -> Array | None:
+def merge(first: Floats, second: Floats) -> Floats | None:
     """Join two windings of one plane that share an edge, if the result is convex; else None."""
     gap = np.abs(first[:, None, :] - second[None, :, :]).max(axis=2) < EPSILON
     rows, columns = np.nonzero(gap)
@@ -96,7 +95,7 @@ def merge(first: Array, second: Array) -> Array | None:
     return None
 
 
-def _without_straight_corners(winding: Array) -> Array | None:
+def _without_straight_corners(winding: Floats) -> Floats | None:
     before = winding - np.roll(winding, 1, axis=0)
     after = np.roll(winding, -1, axis=0) - winding
     turn = np.cross(after, before) @ area_vector(winding)

@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.assets.bsp import HEADER, LUMPS, MAGIC, VERSION, VISIBILITY_HEADER
 from followspot.levelbuilder.material import Material
-from followspot.levelbuilder.winding import Array
 
 
 def bsp_bytes(lumps: Mapping[str, bytes]) -> bytes:
@@ -35,7 +35,7 @@ class PlaneTable:
         self._index: dict[tuple[float, ...], int] = {}
         self._rows: list[tuple[float, ...]] = []
 
-    def index(self, normal: Array, dist: float) -> int:
+    def index(self, normal: Floats, dist: float) -> int:
         """Return the index of a plane, adding it and its opposite where new."""
         row = tuple(round(float(value), 7) + 0.0 for value in (*normal, dist))
         key = _plane_key(row)
@@ -81,6 +81,6 @@ def all_visible(clusters: int) -> bytes:
     return head + b"\xff" * (clusters * row)
 
 
-def runs(counts: Sequence[int] | NDArray[np.int32]) -> NDArray[np.int64]:
+def runs(counts: Sequence[int] | NDArray[np.int32]) -> Ints:
     """Return where each of several runs begins when they are laid end to end."""
     return np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64))])[:-1]

@@ -3,7 +3,9 @@
 import moderngl
 
 from followspot.gpu import program
+from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import Target, encode_srgb, release_framebuffer
+from followspot.passes.programs import BASE_IMAGE, over_picture
 
 
 class AveragePass:
@@ -20,8 +22,7 @@ class AveragePass:
         self._context = context
         self._edge, self._share = edge, 1 / (edge * edge * count)
         self._target = target
-        self._program = program.build(context, "average")
-        self._array = context.vertex_array(self._program, [])
+        self._shader = over_picture(context, ShaderFolder(), "average")
         self._sum = context.texture(target.size, 4, dtype="f4")
         self._framebuffer = context.framebuffer([self._sum])
 
@@ -53,14 +54,14 @@ class AveragePass:
         self._draw(self._sum, 1, 1.0, False)
 
     def _draw(self, texture: moderngl.Texture, edge: int, share: float, decoded: bool) -> None:
-        texture.use(0)
-        program.uniform(self._program, "edge").value = edge
-        program.uniform(self._program, "share").value = share
-        program.uniform(self._program, "decoded").value = decoded
-        self._array.render(vertices=3)
+        texture.use(BASE_IMAGE)
+        program.set_uniform(self._shader.program, "edge", edge)
+        program.set_uniform(self._shader.program, "share", share)
+        program.set_uniform(self._shader.program, "decoded", decoded)
+        self._shader.arrays[0].render(vertices=3)
 
     def release(self) -> None:
         """Give the GL objects back."""
         release_framebuffer(self._framebuffer)
-        for thing in (self._sum, self._array, self._program):
-            thing.release()
+        self._sum.release()
+        self._shader.release()

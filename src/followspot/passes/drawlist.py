@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Mask
 from followspot.assets.binary import run_members
 from followspot.scene.mesh import Mesh
 from followspot.spaces import Mat4, Vec3
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ _SNAPPED = 1 / 16
 NOTHING = DrawList(np.empty(0, np.uint32), ())
 
 
-def frustum_planes(clip_from_world: Mat4) -> NDArray[np.float64]:
+def frustum_planes(clip_from_world: Mat4) -> Floats:
     """(6, 4) planes whose ``normal . p + d >= 0`` is the inside, in world space.
 
     Gribb and Hartmann, Fast Extraction of Viewing Frustum Planes (2001).
@@ -52,9 +51,7 @@ def frustum_planes(clip_from_world: Mat4) -> NDArray[np.float64]:
     return np.concatenate([w + clip_from_world[:3], w - clip_from_world[:3]])
 
 
-def boxes_in_frustum(
-    planes: NDArray[np.float64], mins: NDArray[np.float32], maxs: NDArray[np.float32]
-) -> Mask:
+def boxes_in_frustum(planes: Floats, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> Mask:
     """(n,) whether a box is not wholly outside one of the planes: keeps all that is visible.
 
     Args:
@@ -69,16 +66,14 @@ def boxes_in_frustum(
     return np.asarray((reach + shift >= -1e-3 * np.abs(shift)).all(axis=0))
 
 
-def cubes_in_frustum(
-    planes: NDArray[np.float64], centres: NDArray[np.float64], reach: NDArray[np.float64]
-) -> Mask:
+def cubes_in_frustum(planes: Floats, centres: Floats, reach: Floats) -> Mask:
     """(n,) `boxes_in_frustum` of cubes: (n, 3) centres, (n,) from there to a side."""
     normals = planes[:, :3]
     farthest = normals @ centres.T + np.multiply.outer(np.abs(normals).sum(axis=1), reach)
     return np.asarray((farthest + planes[:, 3:] >= 0).all(axis=0))
 
 
-def height_above(faces: NDArray[np.void], point: Vec3) -> NDArray[np.float64]:
+def height_above(faces: NDArray[np.void], point: Vec3) -> Floats:
     """(faces,) units that a point lies in front of each face's plane; 0 for faces not flat."""
     return np.asarray(faces["normal"] @ point - faces["distance"])
 
@@ -105,7 +100,7 @@ class Projected:
     high: NDArray[np.float32]
     facing: NDArray[np.float32]
     behind: NDArray[np.intp]
-    corners: NDArray[np.float64]
+    corners: Floats
 
 
 def projected(mesh: Mesh, clip_from_world: Mat4, eye: Vec3) -> Projected:
@@ -152,7 +147,7 @@ def casters(
     key: NDArray[np.int32],
     keep_side: NDArray[np.float32],
     size: int,
-    window: tuple[NDArray[np.float64], NDArray[np.float64]] = (np.ones(2), np.zeros(2)),
+    window: tuple[Floats, Floats] = (np.ones(2), np.zeros(2)),
 ) -> DrawList:
     """The triangles of chosen faces that can leave a mark in a tile, one batch a key.
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import moderngl
@@ -42,9 +42,9 @@ class FrameInput:
     """All that a frame depends on beside the level in GPU memory.
 
     Attributes:
-        scene: Its level is the one in GPU memory; units and the sky's strength are read here.
+        scene: Its level is the one in GPU memory; lights, units and the sky's strength are read
+            here.
         camera: Where the picture is taken from.
-        lights: In the order of `lighting.in_order`.
         settings: The switches.
         exposure: Display value per radiance.
         view: The stage to draw.
@@ -52,17 +52,24 @@ class FrameInput:
         overlays: What is drawn over the picture, where that is displayed.
         culled_from: A camera that decides in place of `camera` what is drawn and what shadow maps
             cover, so that one can fly on and see what is left out.
+        lights: The scene's, in the order of `lighting.in_order`.
+
+    Raises:
+        UsageError: there are more lights than a frame holds.
     """
 
     scene: Scene
     camera: Camera
-    lights: tuple[Light, ...]
     settings: Settings
     exposure: float
     view: View = View.FINAL
     time: float = 0.0
     overlays: frozenset[Overlay] = frozenset()
     culled_from: Camera | None = None
+    lights: tuple[Light, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lights", lighting.in_order(self.scene.lights))
 
     @property
     def shadowed(self) -> tuple[SpotLight, ...]:

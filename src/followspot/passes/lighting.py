@@ -1,7 +1,6 @@
 """The frame's lights and environment: which have shadows, and what the shaders are told."""
 
 import math
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,6 @@ from followspot.passes import shadow_tiles
 from followspot.scene.light import Light, PointLight, SpotLight, casting
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
-from followspot.scene.sky import CubeMap
 from followspot.spaces import Mat4
 
 _HARDEST_RIM = 1e-6
@@ -37,7 +35,7 @@ def in_order(lights: tuple[Light, ...]) -> tuple[Light, ...]:
 
 
 def shadowed(lights: tuple[Light, ...], settings: Settings) -> tuple[SpotLight, ...]:
-    """Those of `lights` (in the order of `in_order`) that have a shadow map in a frame."""
+    """Those of `lights` that have a shadow map in a frame."""
     return casting(lights) if settings.shadows else ()
 
 
@@ -78,17 +76,11 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
         macros["ALBEDO"] = f"{settings.albedo:.9g}"
     if settings.sky_light:
         macros["SKY_LIGHT"] = 1
-        towards = towards_axes(scene.sky, settings.environment_mip)
+        towards = scene.sky.towards_axes(settings.environment_mip)
         for axis, radiance in zip(_AXES, towards, strict=True):
             values = radiance * scene.environment_constant + scene.ambient
             macros[f"SKY_{axis}"] = "vec3({:.9g}, {:.9g}, {:.9g})".format(*values)
     return macros
-
-
-@lru_cache(maxsize=8)
-def towards_axes(sky: CubeMap, level: float | None) -> NDArray[np.float64]:
-    """`CubeMap.towards_axes`, remembered."""
-    return sky.towards_axes(level)
 
 
 def direction_from_clip(clip_from_view: Mat4, view_from_world: Mat4) -> Mat4:

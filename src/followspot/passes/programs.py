@@ -88,6 +88,27 @@ class Shader:
         drop((self.program, self.arrays))
 
 
+def over_picture(
+    context: moderngl.Context,
+    folder: ShaderFolder,
+    name: str,
+    defines: Mapping[str, int | str] | None = None,
+    vertex: str = "average",
+) -> Shader:
+    """A fragment shader for the whole picture: its array is one triangle, made by `vertex` alone.
+
+    Draw it by ``arrays[0].render(vertices=3)``.
+    """
+    return Shader(
+        context,
+        folder,
+        name,
+        lambda triangle: [context.vertex_array(triangle, [])],
+        defines,
+        vertex,
+    )
+
+
 def drop(compiled: Compiled) -> None:
     """Give the GL objects of what `Shader.compiled` returned back."""
     for array in compiled[1]:

@@ -4,7 +4,7 @@ import moderngl
 
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
-from followspot.passes.programs import Shader
+from followspot.passes.programs import Shader, over_picture
 
 
 class SkyPass:
@@ -28,12 +28,9 @@ class SkyPass:
             ShaderError: it does not compile.
         """
         if encoded not in self._made:
-            self._made[encoded] = Shader(
-                self._context,
-                self._folder,
-                "sky",
-                lambda sky: [self._context.vertex_array(sky, [])],
-                {"ENCODED": 1} if encoded else {},
+            defines = {"ENCODED": 1} if encoded else {}
+            self._made[encoded] = over_picture(
+                self._context, self._folder, "sky", defines, vertex="sky"
             )
 
     @property

@@ -5,7 +5,7 @@ import moderngl
 from followspot.gpu import program
 from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import encode_srgb, release_framebuffer
-from followspot.passes.programs import BASE_IMAGE, Shader
+from followspot.passes.programs import BASE_IMAGE, over_picture
 
 EDGE = 128
 """Pixels of a face."""
@@ -34,13 +34,7 @@ class SkyPreview:
             repeat_x=False,
             repeat_y=False,
         )
-        self._shader = Shader(
-            context,
-            ShaderFolder(),
-            "cross",
-            lambda cross: [context.vertex_array(cross, [])],
-            vertex="average",
-        )
+        self._shader = over_picture(context, ShaderFolder(), "cross")
 
     def draw(self, sky: moderngl.TextureCube, level: int) -> moderngl.Texture:
         """Show a cube map's MIP level."""

@@ -8,7 +8,7 @@ from followspot.gpu import program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import encode_srgb, release_framebuffer
-from followspot.passes.programs import BASE_IMAGE, Shader
+from followspot.passes.programs import BASE_IMAGE, over_picture
 from followspot.scene.material import Material
 
 EDGE = 64
@@ -46,13 +46,7 @@ class Thumbnails:
         self._context = context
         self.texture = context.texture((ACROSS * EDGE, ACROSS * EDGE), 4)
         self._framebuffer = context.framebuffer([self.texture])
-        self._shader = Shader(
-            context,
-            ShaderFolder(),
-            "thumbnail",
-            lambda thumbnail: [context.vertex_array(thumbnail, [])],
-            vertex="average",
-        )
+        self._shader = over_picture(context, ShaderFolder(), "thumbnail")
         self._places: dict[Material, int] = {}  # the last asked for is the last
 
     def __contains__(self, material: Material) -> bool:

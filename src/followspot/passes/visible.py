@@ -1,12 +1,12 @@
 """What the camera sees: culled and sorted into draw lists, kept while they hold."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Ints, Mask
 from followspot.assets.shader_values import Sides
 from followspot.passes import drawlist
-from followspot.passes.drawlist import NOTHING, Mask
+from followspot.passes.drawlist import NOTHING
 from followspot.passes.shadow_fit import Receivers
 from followspot.scene.mesh import FLAT
 from followspot.scene.scene import Scene
@@ -103,7 +103,7 @@ class VisibleFaces:
         seen &= height * self._side[faces["material"]] >= -FLAT
         return seen & self._visibility.faces_from(eye)
 
-    def _leafs_of_characters(self) -> NDArray[np.int64]:
+    def _leafs_of_characters(self) -> Ints:
         """(b, 27) the level's leafs at points all over the boxes in which characters are."""
         grid = np.stack(np.meshgrid(*[[0.0, 0.5, 1.0]] * 3), axis=-1).reshape(27, 3)
         low, size = self._crowd.mins, self._crowd.maxs - self._crowd.mins

@@ -7,7 +7,6 @@ from typing import Any
 
 import msgspec
 
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.present import arguments
 from followspot.present.renderer import Renderer
@@ -173,5 +172,4 @@ def pass_times(renderer: Renderer, scene: Scene, camera: Camera, frames: int) ->
 
 def _frame(scene: Scene, camera: Camera, number: int) -> FrameInput:
     """A frame of the scene's own time; one drawn twice would find its characters as they are."""
-    lights = lighting.in_order(scene.lights)
-    return FrameInput(scene, camera, lights, scene.settings, exposure=1.0, time=number / FRAME_RATE)
+    return FrameInput(scene, camera, scene.settings, exposure=1.0, time=number / FRAME_RATE)

@@ -20,9 +20,9 @@ import msgspec
 import numpy as np
 from msgspec import Struct
 
+from followspot.arrays import Floats, Mask
 from followspot.errors import UsageError
 from followspot.passes.view import View
-from followspot.present.cut_outs import Mask, Numbers
 from followspot.present.raytracer import RayTracer, Truth
 from followspot.present.renderer import Renderer
 from followspot.present.shadow_edges import EDGE_TEXELS, near_edge
@@ -99,9 +99,9 @@ class Comparison:
     """
 
     truth: Truth
-    radiance: Numbers
-    share: Numbers
-    depth: Numbers
+    radiance: Floats
+    share: Floats
+    depth: Floats
     same_surface: Mask
     compared: Mask
     turned_away: Mask
@@ -128,7 +128,7 @@ class Comparison:
         return self.in_full_part & both_lit & ~self.near_edge & ~self.truth.cut_out
 
     @property
-    def relative_error(self) -> Numbers:
+    def relative_error(self) -> Floats:
         """(h, w) relative difference of the channels' sum where both say lit, else 0."""
         ours, true = self.radiance.sum(axis=2), self.truth.radiance.sum(axis=2)
         wanted = self.in_full_part & self.truth.lit & (self.share >= 0.5)
@@ -201,11 +201,11 @@ class Validation:
         cos_axis = -self._to_light() @ self.light.direction
         return np.asarray((cos_axis > cos_angle) & (self.truth.unshadowed.sum(axis=2) > 0))
 
-    def _cos_light(self, normals: Numbers) -> Numbers:
+    def _cos_light(self, normals: Floats) -> Floats:
         """(h, w) cosines between normals (h, w, 3) and the way to the light."""
         return np.asarray((self._to_light() * normals).sum(axis=2))
 
-    def _to_light(self) -> Numbers:
+    def _to_light(self) -> Floats:
         """(h, w, 3) unit directions."""
         way = self.light.position - self.truth.position
         return np.asarray(way / np.linalg.norm(way, axis=2, keepdims=True))
@@ -221,7 +221,7 @@ class Validation:
         result[chosen] = near_edge(points, normals, lit, light, radii, self._is_lit)
         return result
 
-    def _is_lit(self, places: Numbers, normals: Numbers) -> Mask:
+    def _is_lit(self, places: Floats, normals: Floats) -> Mask:
         """(n,) which places (n, 3) on surfaces of some normals see the light's centre."""
         return self.tracer.reached(places, normals, self.light)[0]
 

@@ -1,17 +1,14 @@
 """Which places on leaves and grates are there, asked one ray's hit at a time."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.image import Image, decode_all
 from followspot.passes.materials import alpha_test_vector
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
 
-Mask = NDArray[np.bool_]
-Numbers = NDArray[np.float64]
-
-_WHITE: Numbers = np.ones((1, 1))
+_WHITE: Floats = np.ones((1, 1))
 """Stands in for an image that is not there."""
 
 
@@ -24,13 +21,13 @@ class CutOuts:
         self._corners = scene.mesh.indices.reshape(-1, 3)
         self._texcoords = scene.mesh.vertices["texcoord"].astype(np.float64)
         wanted = sorted({m.image for m in scene.materials if m.alpha_test and m.image})
-        self._alpha: dict[str, Numbers] = {
+        self._alpha: dict[str, Floats] = {
             wanted[number]: image.pixels[..., 3] / 255.0
             for number, image in decode_all(scene.archive, wanted)
             if isinstance(image, Image)
         }
 
-    def are_there(self, triangles: NDArray[np.int64], weights: Numbers) -> Mask:
+    def are_there(self, triangles: Ints, weights: Floats) -> Mask:
         """Which places their material's alpha test keeps.
 
         Args:
@@ -45,7 +42,7 @@ class CutOuts:
             kept[here] = self._look(self._materials[number], place[here]) * scale + shift > 0
         return kept
 
-    def _look(self, material: Material, place: Numbers) -> Numbers:
+    def _look(self, material: Material, place: Floats) -> Floats:
         """(n,) alpha at texture coordinates (n, 2), mixed from four texels."""
         alpha = self._alpha.get(material.image or "", _WHITE)
         size = np.array(alpha.shape[::-1])

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from followspot.passes import lighting
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
@@ -89,7 +90,7 @@ def draw(renderer: Renderer, scene: Scene, camera: Camera, figure: Figure) -> ND
         shadows=figure.shadows and scene.settings.shadows,
         sky_light=figure.sky_light and scene.settings.sky_light,
     )
-    if figure.view is View.SHADOW_MAP and not renderer.has_shadow_map(scene, settings):
+    if figure.view is View.SHADOW_MAP and not lighting.shadowed(scene.lights, settings):
         return np.zeros((64, 64, 3), np.uint8)
     drawn = renderer.render(
         scene, camera, [figure.view], settings=settings, overlays=figure.overlays

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from followspot.gpu.readback import Readback
 from followspot.gpu.targets import Target
-from followspot.passes import lighting
 from followspot.passes.average import AveragePass
 from followspot.passes.frame import FrameInput
 from followspot.passes.view import View
@@ -84,7 +83,6 @@ class FilmCamera:
 
     def __init__(self, scene: Scene, film: Film) -> None:
         self._scene, self._film = scene, film
-        self._lights = lighting.in_order(scene.lights)
         width, height = film.size
         self._renderer = Renderer((width * film.supersample, height * film.supersample))
         self._renderer.open(scene)
@@ -124,7 +122,6 @@ class FilmCamera:
         return FrameInput(
             scene,
             film.path.camera(time),
-            self._lights,
             scene.settings,
             film.exposure(time),
             film.view,

@@ -16,11 +16,11 @@ from followspot.assets.md2 import Md2Model, read_md2
 from followspot.assets.md3 import Md3Model, read_md3
 from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image, images_beside
 from followspot.assets.player import Player, load_player
-from followspot.assets.shader_parser import load_scripts
+from followspot.assets.script_files import load_scripts
 from followspot.present.console import open_console
 from followspot.scene import figure_file
 from followspot.scene.figure_file import PLAYER, FigureFiles
-from followspot.scene.load import search_roots
+from followspot.scene.search import search_roots
 
 
 def is_model(name: str) -> bool:

@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.shader_values import Sides
 from followspot.errors import UsageError
 from followspot.passes import lighting
@@ -19,8 +20,6 @@ from followspot.scene.sight import Crossing, crossings
 
 _LIT_SIDE, _GRAZING, _STEEP = 3.0, 0.1, 0.4
 """As in surface.vert."""
-
-Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -59,8 +58,8 @@ class ShadowLookup:
     """
 
     light: str
-    light_space: Values
-    divided: Values
+    light_space: Floats
+    divided: Floats
     texel: tuple[int, int]
     is_near: bool
     stored: float
@@ -96,16 +95,16 @@ class PixelReport:
     y: int
     surface: Surface | None
     in_front: tuple[Surface, ...]
-    position: Values | None
+    position: Floats | None
     depth: float
-    normal: Values | None
+    normal: Floats | None
     shadows: tuple[ShadowLookup, ...]
     visibility: float
-    rho: Values
-    direct: Values
-    environment: Values
-    radiance: Values
-    exposed: Values
+    rho: Floats
+    direct: Floats
+    environment: Floats
+    radiance: Floats
+    exposed: Floats
     displayed: NDArray[np.uint8]
 
 
@@ -131,9 +130,9 @@ def inspect_pixel(renderer: Renderer, frame: FrameInput, x: int, y: int) -> Pixe
     white = replace(frame, settings=msgspec.structs.replace(frame.settings, albedo=1.0))
     part = x, y, 1, 1
 
-    def value(view: View, of: FrameInput = frame) -> Values:
+    def value(view: View, of: FrameInput = frame) -> Floats:
         renderer.draw(replace(of, view=view), linear=True, part=part)
-        read: Values = renderer.target(linear=True).read(part=part)[0, 0].astype(np.float64)
+        read: Floats = renderer.target(linear=True).read(part=part)[0, 0].astype(np.float64)
         return read
 
     depth = float(value(View.DEPTH)[0])
@@ -172,7 +171,7 @@ def inspect_pixel(renderer: Renderer, frame: FrameInput, x: int, y: int) -> Pixe
     )
 
 
-def _ray(frame: FrameInput, size: tuple[int, int], x: int, y: int) -> Values:
+def _ray(frame: FrameInput, size: tuple[int, int], x: int, y: int) -> Floats:
     """(3,) world direction through a pixel's middle, one unit long along the view axis."""
     width, height = size
     camera = frame.camera
@@ -182,7 +181,7 @@ def _ray(frame: FrameInput, size: tuple[int, int], x: int, y: int) -> Values:
     return np.asarray((matrix @ middle)[:3])
 
 
-def _along(frame: FrameInput, ray: Values, depth: float) -> tuple[Crossing | None, list[Crossing]]:
+def _along(frame: FrameInput, ray: Floats, depth: float) -> tuple[Crossing | None, list[Crossing]]:
     """The opaque surface at the depth that was drawn, and the blended ones before it.
 
     The depth knows of holes that texels make in cut-out surfaces, and of faces that were culled.
@@ -212,8 +211,8 @@ def _look_up(
     frame: FrameInput,
     number: int,
     surface: Crossing,
-    position: Values,
-    normal: Values,
+    position: Floats,
+    normal: Floats,
 ) -> ShadowLookup:
     """What surface.vert and surface.frag do for one light."""
     shadow, settings, light = renderer.pipeline.shadow, frame.settings, frame.shadowed[number]
@@ -248,7 +247,7 @@ def _look_up(
 
 def _light_space(
     renderer: Renderer, frame: FrameInput, number: int, surface: Crossing
-) -> tuple[Tile, Values]:
+) -> tuple[Tile, Floats]:
     """The tile, and (4,) the place in the atlas that surface.frag makes of its inputs."""
     shadow, settings, light = renderer.pipeline.shadow, frame.settings, frame.shadowed[number]
     wide, *near = shadow.tiles_of(number)
@@ -285,7 +284,7 @@ def _light_space(
     return wide, place + np.array([*offset, 0.0])
 
 
-def _filter(at: float, taps: int, size: int) -> tuple[Values, NDArray[np.intp]]:
+def _filter(at: float, taps: int, size: int) -> tuple[Floats, NDArray[np.intp]]:
     """Weights and numbers of the texels that the shadow filter compares along one axis.
 
     Each of the taps, a texel apart, is the hardware's mean of two neighbours, weighted by how near
@@ -298,7 +297,7 @@ def _filter(at: float, taps: int, size: int) -> tuple[Values, NDArray[np.intp]]:
     return weights, texels
 
 
-def _is_lit(light: SpotLight, position: Values, normal: Values) -> bool:
+def _is_lit(light: SpotLight, position: Floats, normal: Floats) -> bool:
     towards = light.position - position
     cosine = -(towards @ light.direction) / np.linalg.norm(towards)
     return bool(normal @ towards > 0 and cosine > light.cos_rim)

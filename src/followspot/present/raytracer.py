@@ -13,38 +13,16 @@ from typing import Any
 
 import numpy as np
 
+from followspot.arrays import Floats, Mask
 from followspot.assets.shader_values import Sides
-from followspot.errors import UsageError
-from followspot.present.cut_outs import CutOuts, Mask, Numbers
+from followspot.present import mitsuba_scene
+from followspot.present.cut_outs import CutOuts
 from followspot.scene.camera import Camera
 from followspot.scene.light import SpotLight
 from followspot.scene.scene import Scene
 
-_VARIANT = "llvm_ad_rgb"
-"""Whole pictures at a time on the CPU; the scalar variants trace one ray a call from Python."""
-
 _CLEARANCE = 0.05
 """Units that a shadow ray starts above its surface: float32's error over a level is a tenth."""
-
-
-def load_mitsuba() -> Any:
-    """The package, set to a variant that traces arrays of rays.
-
-    Raises:
-        UsageError: it is not installed, or LLVM, which it compiles with, is not.
-    """
-    try:
-        import mitsuba
-    except ImportError:
-        raise UsageError("validation needs Mitsuba 3: pip install followspot[validate]") from None
-    try:
-        mitsuba.set_variant(_VARIANT)
-        mitsuba.Float(0.0)
-    except (ImportError, RuntimeError) as error:
-        raise UsageError(
-            f"Mitsuba cannot use LLVM here ({error}); on Debian: apt-get install libllvm15"
-        ) from None
-    return mitsuba
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,16 +40,16 @@ class Truth:
             much of it there is depends on how its texture is filtered.
     """
 
-    position: Numbers
-    normal: Numbers
-    face_normal: Numbers
-    depth: Numbers
-    unshadowed: Numbers
+    position: Floats
+    normal: Floats
+    face_normal: Floats
+    depth: Floats
+    unshadowed: Floats
     lit: Mask
     cut_out: Mask
 
     @property
-    def radiance(self) -> Numbers:
+    def radiance(self) -> Floats:
         """(h, w, 3) W/(m^2 sr)."""
         return np.asarray(self.unshadowed * self.lit[..., np.newaxis])
 
@@ -80,11 +58,11 @@ class Truth:
 class _Surface:
     """What rays hit first: (n,) or (n, 3), metres; distances are infinite where nothing is."""
 
-    distance: Numbers
-    position: Numbers
-    normal: Numbers
-    face_normal: Numbers
-    radiance: Numbers
+    distance: Floats
+    position: Floats
+    normal: Floats
+    face_normal: Floats
+    radiance: Floats
 
     def where(self, chosen: Mask, other: "_Surface") -> "_Surface":
         """These where `chosen`, elsewhere the others."""
@@ -108,7 +86,7 @@ class RayTracer:
     """
 
     def __init__(self, scene: Scene, albedo: float) -> None:
-        self._mi = load_mitsuba()
+        self._mi = mitsuba_scene.load_mitsuba()
         self._mesh = scene.mesh
         self._metres = scene.metres_per_unit
         self._albedo = albedo
@@ -147,7 +125,7 @@ class RayTracer:
 
     def render(self, camera: Camera, size: tuple[int, int], light: SpotLight) -> Truth:
         """A picture of (width, height) pixels, each seen through its middle."""
-        seen, spot = self._seen_by(camera), self._spot(light)
+        seen, spot = self._seen_by(camera), mitsuba_scene.spot(self._mi, light, self._metres)
         rays = self._rays(camera, size)
         start, way = _array(rays.o), _array(rays.d)
         solid = self._shade(self._scene(self._is_solid & seen, light=spot), start, way)
@@ -175,7 +153,7 @@ class RayTracer:
             cut_out=(cut_out | is_leaf).reshape(shape),
         )
 
-    def _shade(self, scene: Any, start: Numbers, way: Numbers) -> "_Surface":
+    def _shade(self, scene: Any, start: Floats, way: Floats) -> "_Surface":
         """What rays (n, 3), in metres, hit first, and how the scene's light would light it."""
         mi = self._mi
         rays = mi.Ray3f(mi.Point3f(start.T), mi.Vector3f(way.T))
@@ -199,8 +177,8 @@ class RayTracer:
         )
 
     def _reach_cut_out(
-        self, scene: Any, chosen: Mask, start: Numbers, way: Numbers, reach: Numbers
-    ) -> Numbers:
+        self, scene: Any, chosen: Mask, start: Floats, way: Floats, reach: Floats
+    ) -> Floats:
         """How far rays get until just before a cut-out surface that is there.
 
         Args:
@@ -232,7 +210,7 @@ class RayTracer:
             going = going[~kept]
         return result
 
-    def reached(self, points: Numbers, normals: Numbers, light: SpotLight) -> tuple[Mask, Mask]:
+    def reached(self, points: Floats, normals: Floats, light: SpotLight) -> tuple[Mask, Mask]:
         """Which points see the light's centre, and which have something cut out on the way.
 
         Args:
@@ -261,25 +239,26 @@ class RayTracer:
         )
         return lit, cut_out
 
-    def _rays_between(self, start: Numbers, way: Numbers, reach: Numbers) -> Any:
+    def _rays_between(self, start: Floats, way: Floats, reach: Floats) -> Any:
         mi = self._mi
         ends = mi.Float(reach.astype(np.float32))
         return mi.Ray3f(mi.Point3f(start.T), mi.Vector3f(way.T), ends, 0.0, mi.Color0f())
 
-    def direct(self, camera: Camera, size: tuple[int, int], light: SpotLight) -> Numbers:
+    def direct(self, camera: Camera, size: tuple[int, int], light: SpotLight) -> Floats:
         """(h, w, 3) radiance by Mitsuba's own ``direct`` integrator, at the pixels' middles.
 
         It differs from `render` where the camera sees backs or what is cut out, since it knows
         no face that is there for one and not for the other.
         """
         mi = self._mi
-        scene = self._scene(self._is_solid, light=self._spot(light))
+        scene = self._scene(self._is_solid, light=mitsuba_scene.spot(self._mi, light, self._metres))
         middle = {"type": "stratified", "sample_count": 1, "jitter": False}
         integrator = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
-        picture = mi.render(scene, integrator=integrator, sensor=self._sensor(camera, size, middle))
+        sensor = mitsuba_scene.sensor(mi, camera, size, middle, self._metres)
+        picture = mi.render(scene, integrator=integrator, sensor=sensor)
         return np.asarray(picture, np.float64)
 
-    def under_constant_sky(self, normals: Numbers, radiance: float) -> Numbers:
+    def under_constant_sky(self, normals: Floats, radiance: float) -> Floats:
         """Radiance of surfaces that see nothing but Mitsuba's ``constant`` emitter.
 
         One direction a normal is enough, since drawn by the cosine all weigh alike. They are drawn
@@ -316,55 +295,15 @@ class RayTracer:
         height = (np.cross(b - a, c - a) * (camera.position - a)).sum(axis=1)
         return np.asarray(np.where(height > 0, self._drawn[:, 0], self._drawn[:, 1]))
 
-    def _spot(self, light: SpotLight) -> dict[str, Any]:
-        """Mitsuba's spot light, which fades in the angle; a hard rim is a very narrow fade."""
-        rim, full = light.half_angle, light.half_angle * (1 - light.softness)
-        axis = light.position + light.direction
-        return {
-            "type": "spot",
-            "to_world": self._look(light.position, axis, _across(light.direction)),
-            "intensity": {"type": "rgb", "value": light.intensity.tolist()},
-            "cutoff_angle": math.degrees(rim),
-            "beam_width": math.degrees(min(full, rim * (1 - 1e-5))),
-        }
-
-    def _sensor(self, camera: Camera, size: tuple[int, int], sampler: dict[str, Any]) -> Any:
-        yaw, pitch = math.radians(camera.yaw), math.radians(camera.pitch)
-        up = np.array(
-            [math.sin(pitch) * math.cos(yaw), math.sin(pitch) * math.sin(yaw), math.cos(pitch)]
-        )
-        film = {"width": size[0], "height": size[1], "rfilter": {"type": "box"}}
-        return self._mi.load_dict(
-            {
-                "type": "perspective",
-                "fov": camera.fov,
-                "fov_axis": "x",
-                "near_clip": camera.near * self._metres,
-                "far_clip": 1e6,
-                "to_world": self._look(camera.position, camera.position + camera.forward, up),
-                "film": {"type": "hdrfilm", "pixel_format": "rgb", **film},
-                "sampler": sampler,
-            }
-        )
-
-    def _look(self, origin: Numbers, target: Numbers, up: Numbers) -> Any:
-        metres = (origin * self._metres).tolist(), (target * self._metres).tolist()
-        return self._mi.ScalarTransform4f().look_at(*metres, up.tolist())
-
     def _rays(self, camera: Camera, size: tuple[int, int]) -> Any:
         """Rays through the pixels' middles, row by row from the top."""
         mi = self._mi
         x, y = np.meshgrid(*((np.arange(n) + 0.5) / n for n in size))
         on_film = mi.Point2f(np.stack([x.ravel(), y.ravel()]))
-        sensor = self._sensor(camera, size, {"type": "independent"})
+        sensor = mitsuba_scene.sensor(mi, camera, size, {"type": "independent"}, self._metres)
         return sensor.sample_ray(0.0, 0.5, on_film, mi.Point2f(0.5))[0]
 
 
-def _array(vectors: Any) -> Numbers:
+def _array(vectors: Any) -> Floats:
     """Mitsuba's vectors as (n, 3)."""
     return np.asarray(np.asarray(vectors, np.float64).reshape(3, -1).T)
-
-
-def _across(direction: Numbers) -> Numbers:
-    """Some direction that is not `direction`."""
-    return np.asarray(np.eye(3)[np.abs(direction).argmin()])

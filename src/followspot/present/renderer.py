@@ -15,7 +15,6 @@ from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderError
 from followspot.gpu.targets import Part, Target
 from followspot.gpu.timers import PassTimers
-from followspot.passes import lighting
 from followspot.passes.frame import PASSES, FrameInput, FramePipeline, FrameReport
 from followspot.passes.overlay import Overlay
 from followspot.passes.shadow_preview import ShadowPreview
@@ -144,27 +143,16 @@ class Renderer:
             raise UsageError("overlays are drawn in displayed colours, not over float values")
         if Overlay.CAMERA_FRUSTUM in shown and culled_from is None:
             raise UsageError("camera-frustum needs a camera to cull from other than the picture's")
-        lights = lighting.in_order(scene.lights)
-        self.open(scene)
-        needs_exposure = not linear and any(view.is_light for view in wanted)
-        exposure = 1.0
-        if needs_exposure:
-            exposure = self.exposure(scene, camera, settings, time=time)
         frame = FrameInput(
-            scene,
-            camera,
-            lights,
-            settings,
-            exposure,
-            time=time,
-            overlays=shown,
-            culled_from=culled_from,
+            scene, camera, settings, 1.0, time=time, overlays=shown, culled_from=culled_from
         )
+        self.open(scene)
+        if not linear and any(view.is_light for view in wanted):
+            frame = replace(frame, exposure=self.exposure(scene, camera, settings, time=time))
         self._make_current()
         return {view: self._picture(replace(frame, view=view), linear) for view in wanted}
 
     def _picture(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
-        assert self._pipeline is not None
         if frame.view is View.SHADOW_MAP:
             frame = replace(frame, view=View.SHADOW, overlays=frozenset())
             return self._shadow_map(frame, linear)
@@ -177,11 +165,11 @@ class Renderer:
         self, frame: FrameInput, linear: bool = False, part: Part | None = None
     ) -> FrameReport:
         """Draw one frame of the open scene, or a part of it, without reading it back."""
-        assert self._pipeline is not None, "open a scene first"
+        pipeline = self.pipeline
         self._make_current()
         target = self.target(linear)
-        self._pipeline.prepare(frame, target)
-        return self._pipeline.draw(frame, target, part=part)
+        pipeline.prepare(frame, target)
+        return pipeline.draw(frame, target, part=part)
 
     def target(self, linear: bool = False) -> Target:
         """What `draw` draws into, for those who read it in a way of their own."""
@@ -195,14 +183,14 @@ class Renderer:
         Draw one like it before, at another time: drivers compile in the first, and characters that
         stand as they did are neither posed nor cast anew.
         """
-        assert self._pipeline is not None, "open a scene first"
+        pipeline = self.pipeline
         self._make_current()
         target = self.target()
-        self._pipeline.prepare(frame, target)
+        pipeline.prepare(frame, target)
         if self._timers is None:
             waits = is_software(self.gl_renderer)
             self._timers = PassTimers(self._context, PASSES, waits=waits)
-        self._pipeline.draw(frame, target, self._timers)
+        pipeline.draw(frame, target, self._timers)
         return self._timers.read_ms()
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -232,8 +220,7 @@ class Renderer:
         if not frame.shadowed:
             raise UsageError("there is no shadow map: no spot light casts shadows here")
         self.draw(frame)
-        assert self._pipeline is not None
-        distance = self._pipeline.shadow.read_distance(0)
+        distance = self.pipeline.shadow.read_distance(0)
         return distance if linear else _stretched(distance)
 
     def shadow_map_texture(self, number: int = 0) -> moderngl.Texture | None:
@@ -245,9 +232,8 @@ class Renderer:
         Returns:
             The same texture every time while maps keep their size; none if there is no such map.
         """
-        assert self._pipeline is not None, "open a scene first"
+        shadow = self.pipeline.shadow
         self._make_current()
-        shadow = self._pipeline.shadow
         if not shadow.tiles_of(number):
             return None
         if number not in self._previews:
@@ -267,14 +253,8 @@ class Renderer:
         if settings.exposure is not None:
             return settings.exposure
         self.open(scene)
-        lights = lighting.in_order(scene.lights)
-        frame = FrameInput(scene, camera, lights, settings, 1.0, view, time)
-        self.draw(frame, linear=True)
+        self.draw(FrameInput(scene, camera, settings, 1.0, view, time), linear=True)
         return automatic(self._targets[True].read(components=4))
-
-    def has_shadow_map(self, scene: Scene, settings: Settings) -> bool:
-        """Whether the scene's key light has a shadow map under these settings."""
-        return bool(lighting.shadowed(lighting.in_order(scene.lights), settings))
 
     def close(self) -> None:
         """Give back everything on the GPU; a second time, nothing."""

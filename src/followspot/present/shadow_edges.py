@@ -5,22 +5,22 @@ from collections.abc import Callable
 
 import numpy as np
 
-from followspot.present.cut_outs import Mask, Numbers
+from followspot.arrays import Floats, Mask
 from followspot.scene.light import SpotLight
 
 EDGE_TEXELS = 2.0
 """Texels of the map: half a one of rounding, one of the bilinear comparison, half to spare."""
 
-Reached = Callable[[Numbers, Numbers], Mask]
+Reached = Callable[[Floats, Floats], Mask]
 """Points (n, 3) on faces of unit normals (n, 3) to (n,) whether they see the light's centre."""
 
 
 def near_edge(
-    position: Numbers,
-    face_normal: Numbers,
+    position: Floats,
+    face_normal: Floats,
     lit: Mask,
     light: SpotLight,
-    radii: tuple[Numbers, ...],
+    radii: tuple[Floats, ...],
     reached: Reached,
 ) -> Mask:
     """Places with one nearby that is lit unlike them.

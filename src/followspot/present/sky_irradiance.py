@@ -7,12 +7,10 @@ directions d_j and exact solid angles w_j.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.image import to_linear
 from followspot.scene.sky import CubeMap
-
-Numbers = NDArray[np.float64]
 
 FACE_SIZE = 64
 """Texels along the edge of faces that skies are summed over."""
@@ -20,7 +18,7 @@ FACE_SIZE = 64
 _CHUNK = 512  # normals at a time, whose cosines with all texels are held in memory
 
 
-def texel_directions(size: int) -> Numbers:
+def texel_directions(size: int) -> Floats:
     """(6, size, size, 3) unit world directions of the middles of a cube map's texels.
 
     OpenGL 3.3 core specification, table 3.10; see `scene/sky.py`.
@@ -34,7 +32,7 @@ def texel_directions(size: int) -> Numbers:
     return np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True))
 
 
-def texel_solid_angles(size: int) -> Numbers:
+def texel_solid_angles(size: int) -> Floats:
     """(size, size) steradians of the texels of one face, exactly.
 
     A rectangle from the face's middle to (s, t) covers atan(s t / sqrt(1 + s^2 + t^2)), by Gauss'
@@ -46,7 +44,7 @@ def texel_solid_angles(size: int) -> Numbers:
     return np.asarray(np.diff(np.diff(covered, axis=0), axis=1))
 
 
-def radiance(sky: CubeMap, size: int = FACE_SIZE) -> Numbers:
+def radiance(sky: CubeMap, size: int = FACE_SIZE) -> Floats:
     """(6, size, size, 3) linear values, every one the mean of a square of texels.
 
     Faces that are smaller are made larger, every texel a square. Sizes are powers of two.
@@ -59,7 +57,7 @@ def radiance(sky: CubeMap, size: int = FACE_SIZE) -> Numbers:
     return np.asarray(rows.reshape(6, size, size, edge, 3).mean(axis=3))
 
 
-def irradiance(normals: Numbers, skies: Sequence[Numbers]) -> Numbers:
+def irradiance(normals: Floats, skies: Sequence[Floats]) -> Floats:
     """Irradiance by a sum over all texels, for many skies of one size at once.
 
     Args:

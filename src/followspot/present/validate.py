@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from followspot.arrays import Floats, Mask
 from followspot.assets.image import linear_to_srgb
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
@@ -24,8 +25,7 @@ from followspot.present.comparison import (
     visibility_figures,
 )
 from followspot.present.console import open_console, working
-from followspot.present.cut_outs import Mask, Numbers
-from followspot.present.raytracer import load_mitsuba
+from followspot.present.mitsuba_scene import load_mitsuba
 from followspot.present.renderer import Renderer
 from followspot.present.sky_irradiance import irradiance, radiance
 from followspot.present.still import Wish, open_scene
@@ -163,7 +163,7 @@ def _environment(
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     scene, albedo = both.scene, both.albedo
 
-    def drawn(scene: Scene) -> Numbers:
+    def drawn(scene: Scene) -> Floats:
         settings = msgspec.structs.replace(scene.settings, albedo=albedo, sky_light=True)
         views = renderer.render(scene, camera, [View.ENVIRONMENT], settings=settings, linear=True)
         return views[View.ENVIRONMENT][seen].astype(np.float64)
@@ -183,22 +183,22 @@ def _both_empty(comparison: Comparison) -> Mask:
     return np.isinf(comparison.depth) & np.isinf(comparison.truth.depth)
 
 
-def _share_alike(ours: Numbers, other: Numbers) -> float:
+def _share_alike(ours: Floats, other: Floats) -> float:
     """Share of the pixels at which two pictures are alike to a thousandth."""
     return float(np.isclose(ours, other, rtol=1e-3, atol=1e-6 * other.max()).all(axis=2).mean())
 
 
-def _displayed(values: Numbers) -> NDArray[np.uint8]:
+def _displayed(values: Floats) -> NDArray[np.uint8]:
     """(h, w, 3) linear display values as sRGB bytes."""
     return _bytes(linear_to_srgb(np.clip(values, 0, 1)) * 255)
 
 
-def _grey(values: Numbers) -> NDArray[np.uint8]:
+def _grey(values: Floats) -> NDArray[np.uint8]:
     """(h, w) in 0 to 255 as grey (h, w, 3) bytes."""
     return _bytes(np.repeat(values[..., np.newaxis], 3, axis=2))
 
 
-def _bytes(values: Numbers) -> NDArray[np.uint8]:
+def _bytes(values: Floats) -> NDArray[np.uint8]:
     return np.clip(values + 0.5, 0, 255).astype(np.uint8)
 
 

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.bsp import BspFile
 
 
-def leaf_is_solid(bsp: BspFile) -> NDArray[np.bool_]:
+def leaf_is_solid(bsp: BspFile) -> Mask:
     """Tell which leafs are solid or outside of the level: those in no cluster.
 
     Returns:
@@ -25,7 +26,7 @@ def leaf_is_solid(bsp: BspFile) -> NDArray[np.bool_]:
     return np.asarray(bsp.leafs["cluster"] < 0)
 
 
-def point_leafs(bsp: BspFile, points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+def point_leafs(bsp: BspFile, points: NDArray[np.floating[Any]]) -> Ints:
     """Find the leaf that each point lies in; a point on a plane counts as in front of it.
 
     Args:
@@ -48,7 +49,7 @@ def point_leafs(bsp: BspFile, points: NDArray[np.floating[Any]]) -> NDArray[np.i
 
 def box_leafs(
     bsp: BspFile, mins: NDArray[np.floating[Any]], maxs: NDArray[np.floating[Any]]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[Ints, Ints]:
     """Find the leafs that boxes reach into; a box that touches a plane is on both sides of it.
 
     Args:
@@ -77,7 +78,7 @@ def box_leafs(
     return np.concatenate(boxes), np.concatenate(leafs)
 
 
-def visible_leafs(bsp: BspFile, position: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
+def visible_leafs(bsp: BspFile, position: NDArray[np.floating[Any]]) -> Mask:
     """Tell which leafs may be seen from a position, by the level's precomputed visibility.
 
     It never hides what a straight line reaches, unless the level's author cut it off at a
@@ -99,9 +100,7 @@ def visible_leafs(bsp: BspFile, position: NDArray[np.floating[Any]]) -> NDArray[
     return np.asarray((clusters >= 0) & bsp.visible_clusters(own)[clusters])
 
 
-def trace(
-    bsp: BspFile, start: NDArray[np.floating[Any]], end: NDArray[np.floating[Any]]
-) -> NDArray[np.float64]:
+def trace(bsp: BspFile, start: NDArray[np.floating[Any]], end: NDArray[np.floating[Any]]) -> Floats:
     """Find where straight lines first enter a solid leaf.
 
     Each line is an interval of fractions, [0, 1], at the root. A node hands an interval to the
@@ -149,13 +148,13 @@ def trace(
     return fraction
 
 
-def _child(nodes: NDArray[np.void], behind: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _child(nodes: NDArray[np.void], behind: Mask) -> Ints:
     """Pick each node's child in front of its plane or behind; (n,) each."""
-    children: NDArray[np.int64] = nodes["children"].astype(np.int64)
+    children: Ints = nodes["children"].astype(np.int64)
     return np.where(behind, children[:, 1], children[:, 0])
 
 
-def _dot(a: NDArray[np.floating[Any]], b: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
+def _dot(a: NDArray[np.floating[Any]], b: NDArray[np.floating[Any]]) -> Floats:
     """(n, 3), (n, 3) -> (n,) in double precision."""
-    products: NDArray[np.float64] = np.einsum("ij,ij->i", a, b, dtype=np.float64)
+    products: Floats = np.einsum("ij,ij->i", a, b, dtype=np.float64)
     return products

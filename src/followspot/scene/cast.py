@@ -8,6 +8,7 @@ import numpy as np
 from followspot.assets.archive import Archive
 from followspot.assets.player import list_players
 from followspot.errors import AssetError, UsageError, asked_by
+from followspot.game import EYE_HEIGHT, RUN_SPEED, STEP_HEIGHT
 from followspot.scene import walk
 from followspot.scene.camera import Camera
 from followspot.scene.cast_file import CharacterEntry
@@ -16,11 +17,6 @@ from followspot.scene.figure import Figure, Tracks
 from followspot.scene.figure_file import PLAYER, FigureFiles
 from followspot.scene.ground import Ground
 from followspot.scene.walk import Walk
-from followspot.spaces import EYE_HEIGHT
-
-_STEP = 18.0
-"""Units that a walker climbs at once (the game's ``STEPSIZE``): its path may lie as far below the
-floor."""
 
 _ACTOR_SECONDS = 0.37
 """Clocks of neighbouring actors differ by so much, lest they move as one."""
@@ -66,7 +62,7 @@ def _character(
         if entry.animation is None:
             first = _running(figure)
             plays = [(first, 0.0)]
-        speed = entry.speed or walk.stride_speed(figure, first.legs) or walk.RUN_SPEED
+        speed = entry.speed or walk.stride_speed(figure, first.legs) or RUN_SPEED
         way = walk.along(entry.path, speed, is_closed=entry.closed)
         if not entry.closed:
             plays.append((figure.tracks(), way.length / speed))
@@ -85,8 +81,11 @@ def _running(figure: Figure) -> Tracks:
 
 
 def on_ground(way: Walk, ground: Ground, figure: Figure, tracks: Tracks) -> Walk:
-    """A way whose places are as high over the floor as a figure's origin is over its feet."""
-    above = way.places[:, :3] + (0.0, 0.0, _STEP)
+    """A way whose places are as high over the floor as a figure's origin is over its feet.
+
+    It may be given as far below the floor as a step is high.
+    """
+    above = way.places[:, :3] + (0.0, 0.0, STEP_HEIGHT)
     floor = ground.below(above)
     places = way.places.copy()
     found = floor < above[:, 2]

@@ -23,10 +23,10 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Meta
 
-Coordinate = Annotated[float, Meta(ge=-1e7, le=1e7)]
-Point = tuple[Coordinate, Coordinate, Coordinate]
+from followspot.scene.entry import Coordinate, Entry, Point
+
 Seconds = Annotated[float, Meta(ge=-1e6, le=1e6)]
 
 
@@ -44,14 +44,14 @@ class Items(Enum):
     ENTITIES = "entities"
 
 
-class ThenEntry(Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
+class ThenEntry(Entry, kw_only=True, frozen=True):
     """What a character does next, and from which of its seconds on."""
 
     at: Seconds
     animation: str
 
 
-class CharacterEntry(Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
+class CharacterEntry(Entry, kw_only=True, frozen=True):
     """One character; exactly one of `position` and `path` is given."""
 
     model: str

@@ -13,9 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.surface_flags import Contents
+from followspot.game import FLOOR_BELOW_PLAYER
 from followspot.scene import bsp_tree, patch, solids
 from followspot.scene.level import entity_vector, model_number
 from followspot.scene.mesh import VERTEX
@@ -68,9 +70,9 @@ class Box:
         object.__setattr__(self, "half", vec3((self.maxs - self.mins) / 2))
 
 
-STANDING = Box(vec3((-15, -15, -24)), vec3((15, 15, 32)))
-"""A player (the game's ``playerMins``, ``playerMaxs``)."""
-CROUCHING = Box(vec3((-15, -15, -24)), vec3((15, 15, 16)))
+STANDING = Box(vec3((-15, -15, -FLOOR_BELOW_PLAYER)), vec3((15, 15, 32)))
+"""A player, round the origin (``playerMins``, ``playerMaxs``)."""
+CROUCHING = Box(vec3((-15, -15, -FLOOR_BELOW_PLAYER)), vec3((15, 15, 16)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +135,7 @@ class CollisionWorld:
         return None
 
 
-def _star() -> NDArray[np.float64]:
+def _star() -> Floats:
     """(n, 3) offsets from the closest on; of those equally far the highest first."""
     steps = np.array(np.meshgrid(*[[1, 0, -1]] * 3)).reshape(3, -1).T
     steps = steps[steps.any(axis=1)]
@@ -194,7 +196,7 @@ class Probe:
         stop = vec3(start + fraction * (end - start))
         return Trace(fraction, stop, vec3(normal[run][entry[run].argmax()]), starts_solid)
 
-    def _meeting(self, start: Vec3, end: Vec3, box: Box) -> NDArray[np.int64]:
+    def _meeting(self, start: Vec3, end: Vec3, box: Box) -> Ints:
         """(n,) numbers of solids whose boxes meet that of a box's way, in order."""
         low, high = np.minimum(start, end) + box.mins - 1, np.maximum(start, end) + box.maxs + 1
         wanted = np.concatenate([high, -low])
@@ -207,7 +209,7 @@ class Probe:
         return self._near[meets]
 
 
-def _solid_models(bsp: BspFile) -> tuple[NDArray[np.void], NDArray[np.float64]]:
+def _solid_models(bsp: BspFile) -> tuple[NDArray[np.void], Floats]:
     """(m,) all models that stop players, the world first, and (m, 3) their origins."""
     found = [(0, np.zeros(3))][: len(bsp.models)]
     for entity in bsp.entities:

@@ -1,8 +1,8 @@
 """Where the floor is: what a thing that is let go falls on."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.scene import bsp_tree
 from followspot.scene.level import Level
 from followspot.scene.triangle_tree import TriangleTree
@@ -34,7 +34,7 @@ class Ground:
         level_enough = np.abs(normal[:, 2]) > _STEEPEST * np.linalg.norm(normal, axis=1)
         self._floors = TriangleTree(mesh, level_enough & opaque[mesh.material_of_triangle])
 
-    def below(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def below(self, points: Floats) -> Floats:
         """Find the floor below points.
 
         Args:

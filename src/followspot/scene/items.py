@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.bsp import BspFile
 from followspot.errors import AssetError
 from followspot.scene import figure, walk
@@ -162,9 +162,7 @@ def _as_it_lies(weapon: Figure) -> Figure:
     return figure.transformed(weapon, matrix)
 
 
-def _character(
-    item: _Item, shown: Figure, place: NDArray[np.float64], *, is_second: bool
-) -> Character:
+def _character(item: _Item, shown: Figure, place: Floats, *, is_second: bool) -> Character:
     rise, spin = 0.0, _SLOW
     if item.kind.startswith("weapon_"):
         rise = WEAPON_RISE

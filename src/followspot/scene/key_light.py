@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Floats, Mask
 from followspot.assets.bsp import BspFile
 from followspot.assets.image import LUMINANCE
 from followspot.assets.shader_values import Sun
@@ -95,7 +96,7 @@ def _with_irradiance(light: SpotLight, metres: float) -> SpotLight:
     return replace(light, power=spaces.vec3(light.power * (wanted / light.intensity.max())))
 
 
-def ambient(sky_mean: NDArray[np.float64]) -> float:
+def ambient(sky_mean: Floats) -> float:
     """Radiance in W/(m^2 sr) to add from all around, where a sky of this mean (3,) is too dark."""
     return max(0.0, FILL - float(sky_mean @ LUMINANCE))
 
@@ -172,7 +173,7 @@ def _spot_light(
     return _with_irradiance(light, metres)
 
 
-def _distances_lit(bsp: BspFile, places: Points, targets: Points) -> NDArray[np.float64]:
+def _distances_lit(bsp: BspFile, places: Points, targets: Points) -> Floats:
     """(places, targets) units from one to the other, 0 where a wall is between them."""
     start = np.repeat(places, len(targets), axis=0)
     way = np.tile(targets, (len(places), 1)) - start
@@ -185,10 +186,10 @@ class _Aim(NamedTuple):
     """What a spot light is worth that is turned to one of (n,) places, and which it lights."""
 
     worth: float
-    lit: NDArray[np.bool_]
+    lit: Mask
 
 
-def _best_aim(ways: Points, distances: NDArray[np.float64]) -> _Aim:
+def _best_aim(ways: Points, distances: Floats) -> _Aim:
     """The best of a light's aims.
 
     Args:
@@ -232,7 +233,7 @@ def _blockers(level: Level) -> TriangleTree:
     return TriangleTree(level.mesh, chosen)
 
 
-def _first_hit(tree: TriangleTree, start: Points, end: Points) -> NDArray[np.float64]:
+def _first_hit(tree: TriangleTree, start: Points, end: Points) -> Floats:
     """(n,) fractions of lines at which they meet the first triangle, 1 if none."""
     found = np.ones(len(start))
     for hits in tree.crossings(start, end):
@@ -240,7 +241,7 @@ def _first_hit(tree: TriangleTree, start: Points, end: Points) -> NDArray[np.flo
     return found
 
 
-def _worth(distances: NDArray[np.float64]) -> NDArray[np.float64]:
+def _worth(distances: Floats) -> Floats:
     """How good it is for a light to reach places at some distances, 0 if it does not: not near."""
     return np.minimum(distances, _FAR_ENOUGH)
 

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints, Mask
 from followspot.scene import bsp_tree
 from followspot.scene.level import Level
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.scene import spawn_cameras
 
-Array = NDArray[np.float64]
-Cells = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+Cells = Ints
 
 ROOM = 21.0
 """Units that are free around every open point."""
@@ -36,7 +35,7 @@ class Lattice:
         steps: (6,) what leads to a neighbour: +x, -x, +y, -y, +z, -z.
     """
 
-    origin: Array
+    origin: Floats
     spacing: float
     shape: tuple[int, ...]
     open: Mask
@@ -68,12 +67,12 @@ class Lattice:
         lattice = cls(origin, spacing, shape, is_open, steps)
         return cls(origin, spacing, shape, lattice._main_part(eyes), steps)
 
-    def points(self, cells: Cells) -> Array:
+    def points(self, cells: Cells) -> Floats:
         """(n, 3) world places of lattice points."""
         index = np.stack(np.unravel_index(cells, self.shape), axis=-1)
         return np.asarray(self.origin + index * self.spacing)
 
-    def nearest(self, place: Array, within: float) -> int | None:
+    def nearest(self, place: Floats, within: float) -> int | None:
         """The open lattice point nearest to a world place, if one is near enough."""
         low = np.floor((place - within - self.origin) / self.spacing)
         high = np.ceil((place + within - self.origin) / self.spacing) + 1
@@ -86,7 +85,7 @@ class Lattice:
             return None
         return int(cells[distance.argmin()])
 
-    def _main_part(self, eyes: Array) -> Mask:
+    def _main_part(self, eyes: Floats) -> Mask:
         """The largest connected part, of those that hold spawn points if any do."""
         reach = 3 * self.spacing
         starts = [cell for eye in eyes if (cell := self.nearest(eye, reach)) is not None]
@@ -117,7 +116,7 @@ class Lattice:
             mask = spread & self.open
         return mask
 
-    def clearance(self, most: int) -> NDArray[np.int64]:
+    def clearance(self, most: int) -> Ints:
         """(points,) how many steps away what is not open is, from 1 to `most`; 0 there itself."""
         count = self.open.astype(np.int64)
         inner = self.open
@@ -129,7 +128,7 @@ class Lattice:
             count += inner
         return count
 
-    def way(self, cost: NDArray[np.int64], start: int, goals: Cells) -> list[int]:
+    def way(self, cost: Ints, start: int, goals: Cells) -> list[int]:
         """The cheapest way to one of the goals: Dijkstra, all points of one distance at a time.
 
         Args:
@@ -162,7 +161,7 @@ class Lattice:
             return [start]
         return self._back(cost, distance, goal)
 
-    def _back(self, cost: NDArray[np.int64], distance: NDArray[np.int32], goal: int) -> list[int]:
+    def _back(self, cost: Ints, distance: NDArray[np.int32], goal: int) -> list[int]:
         """From a goal back to where its distance is 0, turning at every chance: diagonals."""
         way, last = [goal], -1
         while distance[way[-1]]:

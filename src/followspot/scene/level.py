@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.shader_script import ShaderScript
@@ -37,12 +38,12 @@ class Visibility:
     """
 
     bsp: BspFile
-    level_face: NDArray[np.int64]
-    everywhere: NDArray[np.bool_]
-    prop_leafs: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 2), np.int64))
-    _seen: dict[int, NDArray[np.bool_]] = field(default_factory=dict)
+    level_face: Ints
+    everywhere: Mask
+    prop_leafs: Ints = field(default_factory=lambda: np.empty((0, 2), np.int64))
+    _seen: dict[int, Mask] = field(default_factory=dict)
 
-    def faces_from(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def faces_from(self, position: Floats) -> Mask:
         """(faces,) of the mesh that may be visible from a world position in units.
 
         All are where the position is in a wall or outside of the level.
@@ -53,15 +54,15 @@ class Visibility:
             self._seen[cluster] = self._look(position)
         return self._seen[cluster]
 
-    def leafs_at(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    def leafs_at(self, points: Floats) -> Ints:
         """(n,) numbers of the leafs that (n, 3) world points lie in."""
         return bsp_tree.point_leafs(self.bsp, points)
 
-    def leafs_from(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def leafs_from(self, position: Floats) -> Mask:
         """(leafs,) which may be visible from a world position; see `bsp_tree.visible_leafs`."""
         return bsp_tree.visible_leafs(self.bsp, position)
 
-    def _look(self, position: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def _look(self, position: Floats) -> Mask:
         visible = bsp_tree.visible_leafs(self.bsp, position)
         leafs = self.bsp.leafs[visible]
         seen = np.append(self.everywhere, False)  # the last one is what props count as
@@ -124,7 +125,7 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     return Level(bsp, mesh, tuple(found[number] for number in order), visibility)
 
 
-def _seen_from_everywhere(bsp: BspFile) -> NDArray[np.bool_]:
+def _seen_from_everywhere(bsp: BspFile) -> Mask:
     """(faces,) those that precomputed visibility says nothing of.
 
     The faces of brush models lie in leafs of their own, which hang on no node of the tree and
@@ -144,9 +145,9 @@ class _Part:
 
     vertices: NDArray[np.void]
     indices: NDArray[np.uint32]
-    level_face: NDArray[np.int64]
-    first_index: NDArray[np.int64]
-    index_count: NDArray[np.int64]
+    level_face: Ints
+    first_index: Ints
+    index_count: Ints
 
 
 def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
@@ -172,7 +173,7 @@ def model_number(bsp: BspFile, entity: dict[str, str]) -> int | None:
     return number if 0 < number < len(bsp.models) else None
 
 
-def entity_vector(entity: dict[str, str], key: str) -> NDArray[np.float64] | None:
+def entity_vector(entity: dict[str, str], key: str) -> Floats | None:
     """Three finite numbers of an entity's key, or none where they are missing or malformed."""
     try:
         vector = np.array([float(word) for word in entity[key].split()], np.float64)
@@ -210,8 +211,8 @@ def entity_flags(entity: dict[str, str]) -> int:
 
 
 def _moved_vertices(
-    bsp: BspFile, faces: NDArray[np.int64], offsets: NDArray[np.float32]
-) -> tuple[NDArray[np.void], NDArray[np.int64]]:
+    bsp: BspFile, faces: Ints, offsets: NDArray[np.float32]
+) -> tuple[NDArray[np.void], Ints]:
     """The vertices of some faces at their places, and where each face's begin among them."""
     count = bsp.faces["vertex_count"][faces].astype(np.int64)
     source = run_members(bsp.faces["first_vertex"][faces], count)
@@ -222,7 +223,7 @@ def _moved_vertices(
     return vertices, np.cumsum(count) - count
 
 
-def _polygons(bsp: BspFile, wanted: NDArray[np.bool_], offsets: NDArray[np.float32]) -> _Part:
+def _polygons(bsp: BspFile, wanted: Mask, offsets: NDArray[np.float32]) -> _Part:
     """Polygons and triangle soups, whose triangles are in the file."""
     faces = np.flatnonzero(wanted & (bsp.faces["type"] != FaceType.PATCH))
     vertices, starts = _moved_vertices(bsp, faces, offsets)
@@ -248,9 +249,7 @@ def _renormalise(vertices: NDArray[np.void], indices: NDArray[np.uint32]) -> Non
         vertices["normal"][lacks] = given[lacks]
 
 
-def _patches(
-    bsp: BspFile, wanted: NDArray[np.bool_], offsets: NDArray[np.float32], tolerance: float
-) -> _Part:
+def _patches(bsp: BspFile, wanted: Mask, offsets: NDArray[np.float32], tolerance: float) -> _Part:
     """Bezier patches, cut into triangles."""
     faces = np.flatnonzero(wanted & (bsp.faces["type"] == FaceType.PATCH))
     control, starts = _moved_vertices(bsp, faces, offsets)
@@ -258,9 +257,7 @@ def _patches(
     return _Part(made.vertices, made.indices, faces, made.first_index, made.index_count)
 
 
-def _join(
-    parts: list[_Part], material_of_face: NDArray[np.int32]
-) -> tuple[Mesh, NDArray[np.int64]]:
+def _join(parts: list[_Part], material_of_face: NDArray[np.int32]) -> tuple[Mesh, Ints]:
     """One mesh with its faces sorted by material, and the level's number of each of them."""
     vertices = np.concatenate([part.vertices for part in parts])
     shift = np.cumsum([0, *(len(part.vertices) for part in parts)])

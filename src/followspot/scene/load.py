@@ -1,22 +1,19 @@
 """From a name to a `Scene`: scene file, level, scripts, images' places, sky, lights."""
 
-import difflib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from os.path import isfile
 from pathlib import Path
 
 import msgspec
 
 from followspot.assets import image
 from followspot.assets.archive import Archive
-from followspot.assets.bsp import BspFile, read_bsp
+from followspot.assets.bsp import BspFile
+from followspot.assets.bsp_reader import read_bsp
 from followspot.assets.image import Image
-from followspot.assets.locate import file_of, locate_level, search_path
 from followspot.assets.mesh_file import MESH_SUFFIXES
-from followspot.assets.model_file import root_of
-from followspot.assets.shader_parser import load_scripts
+from followspot.assets.script_files import load_scripts
 from followspot.assets.surface_flags import Surface
 from followspot.errors import AssetError, asked_by
 from followspot.scene import (
@@ -27,7 +24,6 @@ from followspot.scene import (
     level,
     prop_mesh,
     props,
-    scene_file,
     sky,
     stage,
 )
@@ -41,11 +37,9 @@ from followspot.scene.prop_file import PropEntry
 from followspot.scene.props import Prop, PropFiles
 from followspot.scene.scene import MissingImage, Scene, spawn_cameras
 from followspot.scene.scene_file import SceneFile
+from followspot.scene.search import BUILTIN, find_scene, search_roots
 from followspot.scene.sky import CubeMap
 from followspot.spaces import METRES_PER_UNIT
-
-BUILTIN = Path(__file__).parent.parent / "builtin"
-"""Folder of the scenes and the pak that come with the package."""
 
 BUILTIN_SKY = "env/courtyard"
 
@@ -75,19 +69,9 @@ def load(
         AssetError: something is missing or unusable.
     """
     name = str(name)
-    path = _scene_path(name)
-    roots: list[Path] = []
-    if path is not None:
-        file = scene_file.read(path)
-        beside = str(path.parent / file.level)
-        is_beside = isfile(file_of(beside))  # noqa: PTH113 - it never raises
-        wanted = beside if is_beside else file.level
-        file, roots = _with_props_beside(file, path.parent.absolute())
-    else:
-        file, wanted = SceneFile(level=name), name
+    file, archive, entry = find_scene(name, assets)
     if with_items:
         file = msgspec.structs.replace(file, items=Items.ENTITIES)
-    archive, entry = _located(name, wanted, [*roots, *search_roots(assets)], path is not None)
     try:
         on_step("search")
         return _assemble(name, file, archive, entry, patch_tolerance, on_step)
@@ -143,57 +127,6 @@ def _staged_prop(
     wanted = PropEntry(file=entry, origin=(0.0, 0.0, 0.0))
     (prop,) = props.props([wanted], prop_files, METRES_PER_UNIT, name)
     return stage.stage_prop(name, archive, prop, files)
-
-
-def search_roots(assets: Sequence[str | Path]) -> list[Path]:
-    """Folders and pk3 files to look in: those given, the usual installs, the package's own."""
-    return [*search_path([Path(folder) for folder in assets]), *sorted(BUILTIN.glob("*.pk3"))]
-
-
-def builtin_scenes() -> list[str]:
-    """Names of the scenes that come with the package."""
-    return sorted(path.stem for path in BUILTIN.glob("*.toml"))
-
-
-def _scene_path(name: str) -> Path | None:
-    if name.lower().endswith(".toml"):
-        return Path(name)
-    return BUILTIN / f"{name}.toml" if name in builtin_scenes() else None
-
-
-def _located(
-    name: str, wanted: str, roots: Sequence[Path], is_scene_file: bool
-) -> tuple[Archive, str]:
-    """A level; an error tells of the scene file that wants it, or of built-in scenes like it."""
-    try:
-        return locate_level(wanted, roots)
-    except AssetError as error:
-        if not wanted.startswith(error.source):
-            raise  # of a folder or pak among the roots
-        if is_scene_file:
-            with asked_by(name, "level"):
-                raise
-        levels = error.found.removeprefix("none; close names are ").split(", ")
-        scenes = difflib.get_close_matches(wanted.lower(), builtin_scenes())
-        close = [name for name in dict.fromkeys([*scenes, *levels]) if name != "none"]
-        if not scenes or not error.found.startswith("none"):
-            raise
-        found = f"none; close names are {', '.join(close)}"
-        raise AssetError(
-            error.source, place=error.place, expected=error.expected, found=found
-        ) from None
-
-
-def _with_props_beside(file: SceneFile, folder: Path) -> tuple[SceneFile, list[Path]]:
-    """The scene file with the props that lie beside it named as in an archive, and its roots."""
-    entries, roots = [], []
-    for prop in file.props:
-        path = folder / prop.file
-        if isfile(path):  # noqa: PTH113 - it never raises
-            roots.append(root_of(path))
-            prop = msgspec.structs.replace(prop, file=str(path.relative_to(roots[-1])))
-        entries.append(prop)
-    return msgspec.structs.replace(file, props=tuple(entries)), roots
 
 
 def _assemble(

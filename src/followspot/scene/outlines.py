@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Floats, Ints
 from followspot.assets.binary import run_members
 from followspot.scene.light import SpotLight
 from followspot.scene.scene import Scene
@@ -49,7 +50,7 @@ def box_lines(mins: NDArray[np.floating], maxs: NDArray[np.floating]) -> Points:
     return np.asarray(corners.reshape(-1, 3), np.float32)
 
 
-def frustum_corners(clip_from_world: Mat4) -> NDArray[np.float64]:
+def frustum_corners(clip_from_world: Mat4) -> Floats:
     """(8, 3) corners of what a matrix maps to the clip cube, in the order of a box's."""
     cube = spaces.box_corners(spaces.vec3((-1, -1, -1)), spaces.vec3((1, 1, 1)))
     world = np.linalg.solve(clip_from_world, np.c_[cube, np.ones(8)].T).T
@@ -120,9 +121,7 @@ def objects(scene: Scene) -> tuple[Points, Points]:
     return np.concatenate([none, *mins]), np.concatenate([none, *maxs])
 
 
-def _smallest_label(
-    corner: NDArray[np.int64], face: NDArray[np.int64], first: NDArray[np.int64]
-) -> NDArray[np.int64]:
+def _smallest_label(corner: Ints, face: Ints, first: Ints) -> Ints:
     """(faces,) the smallest number among the faces that each is connected to by corners.
 
     Faces hand their number on to their corners and those to their faces, until nothing changes;

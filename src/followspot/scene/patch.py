@@ -21,12 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.errors import UsageError
 from followspot.scene import patch_segments
 from followspot.scene.mesh import VERTEX
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 SAME_PLACE = 1 / 16
 """Units: control points in one cell of this size count as one when borders are compared. Level

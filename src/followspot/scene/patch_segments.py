@@ -20,11 +20,8 @@ and would take three quarters of all triangles.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
+from followspot.arrays import Floats, Ints, Mask
 
 FLAT_THICKNESS = 1 / 8
 """Part of the tolerance up to which a piece's control points may leave a plane."""
@@ -139,7 +136,7 @@ def _outline_segments(points: Floats, tolerance: Floats) -> Floats:
     return np.stack(needs, axis=1)
 
 
-def _fit_plane(points: Floats) -> tuple[Floats, Bools]:
+def _fit_plane(points: Floats) -> tuple[Floats, Mask]:
     """Find the planes that lie closest to pieces.
 
     Returns:

@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Floats
 from followspot.scene.camera import Camera
 from followspot.spaces import Vec3
-
-Array = NDArray[np.float64]
 
 SUBSTEPS = 64
 """Chords between two keys that its arc length is measured by."""
@@ -112,7 +111,7 @@ class CameraPath:
         yaw, pitch, fov = self.angles(at)[0].tolist()
         return Camera(spaces.vec3(self.positions(at)[0]), yaw, pitch, fov)
 
-    def positions(self, times: NDArray[np.floating[Any]]) -> Array:
+    def positions(self, times: NDArray[np.floating[Any]]) -> Floats:
         """(n, 3) world places of the eye at (n,) seconds."""
         if len(self.keys) == 1:
             return np.repeat(self.keys[0].position[np.newaxis], len(times), axis=0)
@@ -120,32 +119,32 @@ class CameraPath:
         places = np.arange(len(self._arc)) / SUBSTEPS
         return self._on_curve(np.asarray(np.interp(arc, self._arc, places)))
 
-    def angles(self, times: NDArray[np.floating[Any]]) -> Array:
+    def angles(self, times: NDArray[np.floating[Any]]) -> Floats:
         """(n, 3) yaw, pitch and horizontal angle of view in degrees at (n,) seconds."""
         return _smooth(self._times, self._angles, times)
 
     @cached_property
-    def _times(self) -> Array:
+    def _times(self) -> Floats:
         return np.array([key.time for key in self.keys], np.float64)
 
     @cached_property
-    def _places(self) -> Array:
+    def _places(self) -> Floats:
         return np.array([key.position for key in self.keys])
 
     @cached_property
-    def _angles(self) -> Array:
+    def _angles(self) -> Floats:
         angles = np.array([(key.yaw, key.pitch, key.fov) for key in self.keys], np.float64)
         angles[:, 0] = np.unwrap(angles[:, 0], period=360)
         return angles
 
     @cached_property
-    def _steps(self) -> Array:
+    def _steps(self) -> Floats:
         """(keys - 1,) of the curve's parameter: square roots of the chords."""
         chords = np.linalg.norm(np.diff(self._places, axis=0), axis=1)
         return np.asarray(np.maximum(np.sqrt(chords), _NO_STEP))
 
     @cached_property
-    def _tangents(self) -> Array:
+    def _tangents(self) -> Floats:
         """(keys, 3) by the curve's parameter; that of the chord at either end."""
         steps = self._steps[:, np.newaxis]
         slopes = np.diff(self._places, axis=0) / steps
@@ -153,7 +152,7 @@ class CameraPath:
         inner = slopes[:-1] - across + slopes[1:]
         return np.asarray(np.concatenate([slopes[:1], inner, slopes[-1:]]))
 
-    def _on_curve(self, place: Array) -> Array:
+    def _on_curve(self, place: Floats) -> Floats:
         """(n, 3) points of the curve; place 2.5 is half the parameter from key 2 to key 3."""
         piece = np.minimum(place.astype(np.int64), len(self.keys) - 2)
         step = self._steps[piece, np.newaxis]
@@ -166,14 +165,16 @@ class CameraPath:
         )
 
     @cached_property
-    def _arc(self) -> Array:
+    def _arc(self) -> Floats:
         """(pieces * SUBSTEPS + 1,) arc length in units up to every substep."""
         pieces = len(self.keys) - 1
         points = self._on_curve(np.arange(pieces * SUBSTEPS + 1) / SUBSTEPS)
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
-def _hermite(u: Array, start: Array, end: Array, start_slope: Array, end_slope: Array) -> Array:
+def _hermite(
+    u: Floats, start: Floats, end: Floats, start_slope: Floats, end_slope: Floats
+) -> Floats:
     """Cubic with given ends and slopes at u in [0, 1]; exactly `start` at 0, `end` at 1."""
     v = 1 - u
     return (
@@ -183,7 +184,7 @@ def _hermite(u: Array, start: Array, end: Array, start_slope: Array, end_slope: 
     )
 
 
-def _smooth(x: Array, y: Array, at: NDArray[np.floating[Any]]) -> Array:
+def _smooth(x: Floats, y: Floats, at: NDArray[np.floating[Any]]) -> Floats:
     """(n, c) values between (k, c) given ones: C1, and monotone wherever those are.
 
     The slopes are weighted harmonic means of the neighbouring chords' (Fritsch and Butland, A

@@ -12,9 +12,9 @@ ground = true                 # dropped until its lowest point stands on the flo
 from enum import Enum
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Meta
 
-from followspot.scene.cast_file import Point
+from followspot.scene.entry import Entry, Point
 
 Angle = Annotated[float, Meta(ge=-1e5, le=1e5)]
 
@@ -26,7 +26,7 @@ class Up(Enum):
     Z = "z"
 
 
-class PropEntry(Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
+class PropEntry(Entry, kw_only=True, frozen=True):
     """One prop; at most one of `yaw` and `angles` is given."""
 
     file: str

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Ints
 from followspot.assets.binary import run_members
 from followspot.scene import bsp_tree
 from followspot.scene.level import Level, Visibility
@@ -69,7 +70,7 @@ def _tints(mesh: Mesh, surfaces: Sequence[PropSurface]) -> NDArray[np.float32] |
     )
 
 
-def _visibility(level: Level, mesh: Mesh, order: NDArray[np.int64]) -> Visibility:
+def _visibility(level: Level, mesh: Mesh, order: Ints) -> Visibility:
     """What sees what in a level whose faces, and props' behind them, come in a new order."""
     bsp, before = level.bsp, level.visibility
     count = len(order) - len(before.level_face)

@@ -15,6 +15,8 @@ from followspot.assets.mesh_record import Look, MeshSurface
 from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import AssetError, asked_by
+from followspot.game import STEP_HEIGHT
+from followspot.scene.entry import FARTHEST
 from followspot.scene.figure import Figure
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
@@ -28,10 +30,6 @@ Z_UP_FROM_Y_UP: Mat4 = np.array(
 )
 """glTF's axes (Y up, a thing's front towards +Z, its left +X) to Quake's (Z, +X and +Y)."""
 
-_LIFT = 18.0
-"""Units that a prop's origin may lie below the floor that it is to stand on."""
-
-_FARTHEST = 1e7
 _BLENDED = BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA
 
 
@@ -207,12 +205,13 @@ def props(
         mins, maxs = placed.bounds
         if entry.ground and ground is not None:
             x, y, z = entry.origin
-            floor = float(ground.below(np.array([[x, y, z + _LIFT]]))[0])
-            if floor < z + _LIFT:
+            above = z + STEP_HEIGHT  # the origin may lie as far below the floor
+            floor = float(ground.below(np.array([[x, y, above]]))[0])
+            if floor < above:
                 placed = moved(placed, _shift(0, 0, floor - mins[2]))
         farthest = float(np.abs([mins, maxs]).max())
-        if not farthest < _FARTHEST:
-            place, expected = f"props[{number}]", f"a prop within {_FARTHEST:g} units of 0"
+        if not farthest < FARTHEST:
+            place, expected = f"props[{number}]", f"a prop within {FARTHEST:g} units of 0"
             raise AssetError(source, place=place, expected=expected, found=f"{farthest:g}")
         found.append(placed)
     return tuple(found)

@@ -11,6 +11,7 @@ from followspot.assets.archive import Archive
 from followspot.assets.bsp import BspFile
 from followspot.assets.shader_values import Sun
 from followspot.errors import AssetError, UsageError
+from followspot.game import EYE_HEIGHT
 from followspot.scene.camera import Camera
 from followspot.scene.character import Crowd
 from followspot.scene.level import Level, Visibility, entity_angles, entity_vector, target_of
@@ -155,7 +156,7 @@ def spawn_cameras(bsp: BspFile) -> dict[str, Camera]:
         if not is_spawn or origin is None or kind == "info_player_intermission":
             continue
         name = f"spawn{len(cameras)}"
-        eye = origin + np.array([0, 0, spaces.EYE_HEIGHT])
+        eye = origin + np.array([0, 0, EYE_HEIGHT])
         cameras[name] = Camera(spaces.vec3(eye), *entity_angles(entity), name=name)
     cameras |= _intermission(bsp)
     if not cameras:

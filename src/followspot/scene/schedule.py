@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.animation import Animation, Pose
 
 
@@ -57,7 +58,7 @@ class Schedules:
         self._steps = np.concatenate(steps)
         self._never_changes = longest == 1
 
-    def poses(self, seconds: NDArray[np.float64], which: NDArray[np.intp]) -> Pose:
+    def poses(self, seconds: Floats, which: NDArray[np.intp]) -> Pose:
         """Find the frames that some tracks show.
 
         Args:

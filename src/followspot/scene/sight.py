@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Mask
 from followspot.assets.shader_values import Sides
 from followspot.scene.figure import FigurePart
 from followspot.scene.material import Material
@@ -36,7 +37,7 @@ class Crossing:
     face: int | None
     character: str | None
     corners: NDArray[np.void]
-    weights: NDArray[np.float64]
+    weights: Floats
 
 
 def crossings(scene: Scene, start: Vec3, end: Vec3, seconds: float = 0.0) -> list[Crossing]:
@@ -87,7 +88,7 @@ def _of_characters(scene: Scene, start: Vec3, end: Vec3, seconds: float) -> Iter
 
 def _boxes_met(
     mins: NDArray[np.float32], maxs: NDArray[np.float32], start: Vec3, end: Vec3
-) -> NDArray[np.bool_]:
+) -> Mask:
     """(n,) which boxes a line meets (Kay and Kajiya, "Ray Tracing Complex Scenes", 1986)."""
     way = end - start
     per_way = 1 / np.where(np.abs(way) < 1e-30, 1e-30, way)
@@ -97,8 +98,8 @@ def _boxes_met(
 
 
 def _met(
-    mesh: Mesh, chosen: NDArray[np.bool_], start: Vec3, end: Vec3
-) -> Iterator[tuple[int, float, NDArray[np.float64], bool]]:
+    mesh: Mesh, chosen: Mask, start: Vec3, end: Vec3
+) -> Iterator[tuple[int, float, Floats, bool]]:
     """Triangle, fraction of the line, weights and whether it comes from the front."""
     tree = TriangleTree(mesh, chosen)
     for hits in tree.crossings(start[np.newaxis], end[np.newaxis]):

@@ -5,13 +5,14 @@ columns (OpenGL 3.3 core specification, table 3.10). The shader looks up by worl
 Z up, so each image is turned once, here.
 """
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
+from followspot.arrays import Floats
 from followspot.assets.image import Image, srgb_to_linear
 
 SUFFIXES = ("_rt", "_lf", "_bk", "_ft", "_up", "_dn")
@@ -32,13 +33,14 @@ class CubeMap:
 
     name: str
     faces: NDArray[np.uint8]
+    _means: dict[int, Floats] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def top_level(self) -> float:
         """MIP level of a single texel a face: 9.0 for faces of 512 x 512."""
         return float(np.log2(self.faces.shape[1]))
 
-    def towards_axes(self, level: float | None = None) -> NDArray[np.float64]:
+    def towards_axes(self, level: float | None = None) -> Floats:
         """(6, 3) linear values seen along +X -X +Y -Y +Z -Z at a MIP level.
 
         A look-up along an axis hits the middle of a face, where four texels of a level meet and
@@ -55,7 +57,13 @@ class CubeMap:
         low = self._central_mean(lower)
         return low if mix == 0 else low * (1 - mix) + self._central_mean(lower + 1) * mix
 
-    def _central_mean(self, level: int) -> NDArray[np.float64]:
+    def _central_mean(self, level: int) -> Floats:
+        """(6, 3) of a whole level, counted once: the viewer asks in every frame."""
+        if level not in self._means:
+            self._means[level] = self._counted_mean(level)
+        return self._means[level]
+
+    def _counted_mean(self, level: int) -> Floats:
         size = self.faces.shape[1]
         width = min(size, 2 ** (level + 1))
         start = (size - width) // 2
@@ -66,8 +74,8 @@ class CubeMap:
         return np.asarray(shares @ _linear_table())
 
 
-@lru_cache
-def _linear_table() -> NDArray[np.float64]:
+@cache
+def _linear_table() -> Floats:
     return srgb_to_linear(np.arange(256) / 255.0).astype(np.float64)
 
 

@@ -7,13 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from followspot.game import GRAVITY, STEP_HEIGHT
 from followspot.scene.collision import Box, CollisionWorld
 from followspot.spaces import Vec3, vec3
 
-GRAVITY = 800.0
-"""Units/s^2."""
-STEP_HEIGHT = 18.0
-"""Units that a walker climbs at once (``STEPSIZE``)."""
 FLATTEST_WALL = 0.7
 """Height of a unit normal from which on it is a floor's (``MIN_WALK_NORMAL``): 45.6 degrees."""
 

@@ -13,13 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import WORLD_LIMIT, BspFile
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _SHORTEST = 1e-3
 """Sine of the angle below which two edges count as parallel and span no plane."""
@@ -38,18 +35,18 @@ class Solids:
         distance: (p,) inside are the points with ``normal . point <= distance`` for all planes.
     """
 
-    mins: Array
-    maxs: Array
+    mins: Floats
+    maxs: Floats
     first: Ints
     count: Ints
-    normal: Array
-    distance: Array
+    normal: Floats
+    distance: Floats
 
     def __len__(self) -> int:
         return len(self.first)
 
 
-def of_brushes(bsp: BspFile, brushes: Ints, offsets: Array) -> Solids:
+def of_brushes(bsp: BspFile, brushes: Ints, offsets: Floats) -> Solids:
     """Some of a level's brushes.
 
     The planes are the file's. Compilers give every brush the six of its box, and slanted ones the
@@ -77,7 +74,7 @@ def of_brushes(bsp: BspFile, brushes: Ints, offsets: Array) -> Solids:
     return Solids(mins, maxs, np.cumsum(count) - count, count, normal, distance)
 
 
-def of_triangles(corners: Array) -> Solids:
+def of_triangles(corners: Floats) -> Solids:
     """Triangles as solids without thickness.
 
     Args:

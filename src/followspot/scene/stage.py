@@ -4,9 +4,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Floats
 from followspot.assets.archive import Archive
 from followspot.assets.bsp import LUMPS, BspFile
 from followspot.scene import walk
@@ -73,7 +73,7 @@ def stage_prop(name: str, archive: Archive, prop: Prop, files: FigureFiles) -> S
 def _scene(
     name: str,
     archive: Archive,
-    extent: tuple[NDArray[np.float64], NDArray[np.float64]],
+    extent: tuple[Floats, Floats],
     files: FigureFiles,
     crowd: Crowd,
     props: tuple[Prop, ...],
@@ -98,7 +98,7 @@ def _scene(
     )
 
 
-def _extent(crowd: Crowd, tracks: Tracks) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _extent(crowd: Crowd, tracks: Tracks) -> tuple[Floats, Floats]:
     """(3,) mins and (3,) maxs in units of the one character while it does what it does."""
     corners = [np.zeros((1, 3))]
     for seconds in np.linspace(0, max(track.seconds for track in tracks), _MOMENTS).tolist():

@@ -11,12 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints, Mask
 from followspot.scene.mesh import Mesh
-
-Numbers = NDArray[np.float64]
-Whole = NDArray[np.int64]
 
 _LEAF = 8
 _AT_ONCE = 4096  # lines; their pairs stay within the processor's cache
@@ -39,13 +36,13 @@ class Hits:
         from_front: (n,) whether the line comes from the triangle's front.
     """
 
-    line: Whole
-    triangle: Whole
-    fraction: Numbers
-    weights: Numbers
-    from_front: NDArray[np.bool_]
+    line: Ints
+    triangle: Ints
+    fraction: Floats
+    weights: Floats
+    from_front: Mask
 
-    def chosen(self, which: NDArray[np.bool_]) -> "Hits":
+    def chosen(self, which: Mask) -> "Hits":
         """Some of them."""
         return Hits(*(each[which] for each in vars(self).values()))
 
@@ -58,7 +55,7 @@ class TriangleTree:
         chosen: (triangles,) which of them are in the tree.
     """
 
-    def __init__(self, mesh: Mesh, chosen: NDArray[np.bool_]) -> None:
+    def __init__(self, mesh: Mesh, chosen: Mask) -> None:
         numbers = np.flatnonzero(chosen)
         corners = mesh.vertices["position"].astype(np.float64)[mesh.indices.reshape(-1, 3)[numbers]]
         order = np.argsort(_morton(corners.mean(axis=1)), kind="stable")
@@ -67,7 +64,7 @@ class TriangleTree:
         self._edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         self._levels = _levels(corners)
 
-    def crossings(self, start: Numbers, end: Numbers) -> Iterator[Hits]:
+    def crossings(self, start: Floats, end: Floats) -> Iterator[Hits]:
         """All places where lines (n, 3) to (n, 3), in world units, cross triangles.
 
         They come in several parts; all hits of a line are in one of them.
@@ -78,7 +75,7 @@ class TriangleTree:
             hits.line[:] += first
             yield hits
 
-    def _cross(self, start: Numbers, way: Numbers) -> Hits:
+    def _cross(self, start: Floats, way: Floats) -> Hits:
         line, triangle = self._candidates(start, way)
         d, origin = way[line], start[line] - self._corner[triangle]
         edge_1, edge_2 = (edge[triangle] for edge in self._edges)
@@ -96,7 +93,7 @@ class TriangleTree:
             determinant[met] < 0,  # clockwise
         )
 
-    def _candidates(self, start: Numbers, way: Numbers) -> tuple[Whole, Whole]:
+    def _candidates(self, start: Floats, way: Floats) -> tuple[Ints, Ints]:
         """Pairs of line and place in the tree's order whose leaf's box the line meets."""
         way = np.where(way == 0, 1e-30, way)  # so that nothing is 0 / 0
         line, box = np.arange(len(start)), np.zeros(len(start), np.int64)
@@ -116,7 +113,7 @@ class TriangleTree:
         return line[real], place[real]
 
 
-def _levels(corners: Numbers) -> list[tuple[Numbers, Numbers]]:
+def _levels(corners: Floats) -> list[tuple[Floats, Floats]]:
     """Boxes (mins, maxs) of each level from the root down, each level twice as many.
 
     Places without a triangle have a box that no line meets.
@@ -135,7 +132,7 @@ def _levels(corners: Numbers) -> list[tuple[Numbers, Numbers]]:
     return levels[::-1]
 
 
-def _morton(points: Numbers) -> Whole:
+def _morton(points: Floats) -> Ints:
     """(n,) places along a curve through a grid, for (n, 3): the bits of x, y and z in turn."""
     if not len(points):
         return np.zeros(0, np.int64)
@@ -149,5 +146,5 @@ def _morton(points: Numbers) -> Whole:
     return code
 
 
-def _dot(a: Numbers, b: Numbers) -> Numbers:
+def _dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(np.einsum("ij,ij->i", a, b))

@@ -9,10 +9,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile
+from followspot.game import GRAVITY
 from followspot.scene import solids
 from followspot.scene.collision import Box, Probe
 from followspot.scene.level import (
@@ -22,7 +23,6 @@ from followspot.scene.level import (
     model_number,
     target_of,
 )
-from followspot.scene.slide import GRAVITY
 from followspot.scene.solids import Solids
 from followspot.spaces import Vec3, vec3
 
@@ -85,7 +85,7 @@ def _found(bsp: BspFile) -> Iterator[tuple[JumpPad | Teleporter, Solids]]:
 
 
 def _trigger(
-    entity: dict[str, str], middle: NDArray[np.float64], target: dict[str, str]
+    entity: dict[str, str], middle: Floats, target: dict[str, str]
 ) -> JumpPad | Teleporter | None:
     """What an entity does to those in its volume, with its middle at a (3,) place."""
     kind, place = entity.get("classname", "").lower(), entity_vector(target, "origin")
@@ -98,7 +98,7 @@ def _trigger(
     return None
 
 
-def _launch(start: NDArray[np.float64], apex: NDArray[np.float64]) -> Vec3:
+def _launch(start: Floats, apex: Floats) -> Vec3:
     """(3,) units/s with which a thrown body has its highest point at `apex`.
 
     It rises by h in the time t with h = g t^2 / 2, and begins with the speed g t upwards.

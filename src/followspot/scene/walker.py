@@ -13,20 +13,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from followspot.game import EYE_HEIGHT, RUN_SPEED
 from followspot.scene.collision import CROUCHING, STANDING, CollisionWorld
 from followspot.scene.slide import FLATTEST_WALL, Motion, clip, step_slide
 from followspot.scene.triggers import JumpPad, Triggers
-from followspot.spaces import EYE_HEIGHT, Vec3, forward_from_angles, vec3
+from followspot.spaces import Vec3, forward_from_angles, vec3
 
 TICK = 0.008
 """Seconds; the game's own fixed step (``pmove_msec``)."""
 LONGEST_FRAME = 0.25
 """Seconds that one call makes up for; a program that stood still longer walks on from there."""
 
-SPEED = 320.0
-"""Units/s of a run (``g_speed``)."""
 CROUCHED_SPEED = 0.25
-"""Share of that when crouching."""
+"""Share of a run's when crouching."""
 JUMP_SPEED = 270.0
 """Units/s upwards."""
 TELEPORT_SPEED = 400.0
@@ -177,10 +176,10 @@ class Walker:
         if self.on_ground and self._ground is not None:
             self._slow_down()
             ahead, right = (_unit(clip(way, self._ground)) for way in (ahead, right))
-        wanted = SPEED * (wish.forward * ahead + wish.side * right)
-        speed = min(float(np.linalg.norm(wanted)), SPEED)
+        wanted = RUN_SPEED * (wish.forward * ahead + wish.side * right)
+        speed = min(float(np.linalg.norm(wanted)), RUN_SPEED)
         if self.on_ground and self._box is CROUCHING:
-            speed = min(speed, SPEED * CROUCHED_SPEED)
+            speed = min(speed, RUN_SPEED * CROUCHED_SPEED)
         self._accelerate(_unit(wanted), speed)
         if self._ground is not None:
             clipped = clip(self.velocity, self._ground)

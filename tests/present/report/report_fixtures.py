@@ -5,16 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
-from followspot.present.film import FilmWish
+from followspot.present.film_plan import FilmWish
 from followspot.present.report import plot
 from followspot.present.report.formula import formula
 from followspot.present.report.material import Material
 from followspot.present.report.page import Picture, pair
 from followspot.present.report.pixels import jpeg
-from followspot.present.report.plot import Axis, Line
+from followspot.present.report.plot import Line
 from followspot.present.report.run import run
 from followspot.present.report.section import Section
 from followspot.present.report.steps import Step, all_steps
+from followspot.present.report.ticks import Axis
 from followspot.present.still import Wish
 
 SIZE = (192, 108)

@@ -10,8 +10,8 @@ import html5lib
 import msgspec
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.archive import Archive
 from followspot.assets.locate import search_path
 from followspot.errors import UsageError
@@ -22,19 +22,19 @@ from followspot.present.report import environment_answer
 from followspot.present.report import environment_study as study
 from followspot.present.report.environment_study import HARMONICS, LITERAL, SIX, TRUE_SIX
 from followspot.present.report.material import Material
-from followspot.scene.load import BUILTIN, BUILTIN_SKY, read_sky
+from followspot.scene.load import BUILTIN_SKY, read_sky
 from followspot.scene.scene import Scene
+from followspot.scene.search import BUILTIN
 from followspot.scene.sky import CubeMap
 from synthetic import BLACK_SKY, DIM, WHITE_SKY, camera, cube_map, make_scene, sphere
 
-Array = NDArray[np.float64]
-Draw = Callable[..., Array]
+Draw = Callable[..., Floats]
 
 DIRECTIONS = sky_irradiance.texel_directions(64)
 NORMALS = study.sphere(500)
 
 
-def grey(values: Array) -> Array:
+def grey(values: Floats) -> Floats:
     return np.repeat(values[..., np.newaxis], 3, axis=-1)
 
 

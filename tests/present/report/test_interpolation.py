@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
@@ -30,8 +30,7 @@ from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
 from synthetic import SIZE, box, camera, floor, make_scene, on_plane, quad, spot
 
-Array = NDArray[np.float64]
-Draw = Callable[..., Array]
+Draw = Callable[..., Floats]
 
 VIEW = camera((0, 0, 60), yaw=20, pitch=25)
 NEAR, FAR = 10.0, 500.0
@@ -39,16 +38,16 @@ LIGHT = spot((0, 0, 300), (40, 20, 0), 50)
 """Looks down at the floor from above."""
 
 
-def corners_of(scene: Scene) -> Array:
+def corners_of(scene: Scene) -> Floats:
     position = scene.mesh.vertices["position"].astype(np.float64)
     return np.asarray(position[scene.mesh.indices.reshape(-1, 3)])
 
 
-def clip_from_world(view: Camera, size: tuple[int, int] = SIZE, far: float = 5000.0) -> Array:
+def clip_from_world(view: Camera, size: tuple[int, int] = SIZE, far: float = 5000.0) -> Floats:
     return np.asarray(view.clip_from_view(size[0] / size[1], far) @ view.view_from_world)
 
 
-def shadow_map(light_at: Array, size: int = 1024, offset: float = 0.0) -> Map:
+def shadow_map(light_at: Floats, size: int = 1024, offset: float = 0.0) -> Map:
     """A light that looks straight down from a place, with a right-angled pyramid."""
     view = spaces.view_from_world(light_at, 0.0, 90.0)
     matrix = spaces.SHADOW_FROM_CLIP @ spaces.clip_from_view(90, 90, NEAR, FAR) @ view
@@ -58,7 +57,7 @@ def shadow_map(light_at: Array, size: int = 1024, offset: float = 0.0) -> Map:
 DOWN = shadow_map(np.array([0.0, 0.0, 300.0]))
 
 
-def ways(corners: Array, weights: Array, map_: Map = DOWN, normals: Array | None = None) -> Ways:
+def ways(corners: Floats, weights: Floats, map_: Map = DOWN, normals: Floats | None = None) -> Ways:
     n = len(weights)
     corners = np.broadcast_to(corners, (n, 3, 3))
     up = np.broadcast_to([0.0, 0.0, 1.0], (n, 3, 3)) if normals is None else normals

@@ -25,7 +25,7 @@ from followspot.errors import UsageError
 from followspot.passes.frame import PASSES, FrameReport
 from followspot.present import bench
 from followspot.present.bench import Timing
-from followspot.present.film import FilmWish
+from followspot.present.film_plan import FilmWish
 from followspot.present.renderer import Renderer
 from followspot.present.report.film_step import FilmStep
 from followspot.present.report.frame_time import frame_time

@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from followspot.present.report.plot import Axis, Line, Mark, bars, dots, heat_map, lines
+from followspot.present.report.plot import Line, bars, dots, heat_map, lines
+from followspot.present.report.plot_frame import Mark
 from followspot.present.report.svg import COLOURS
-from followspot.present.report.ticks import Scale, count, linear_ticks, log_ticks, number
+from followspot.present.report.ticks import Axis, Scale, count, linear_ticks, log_ticks, number
 
 SVG = "{http://www.w3.org/2000/svg}"
 CHROMIUM = "/usr/bin/chromium"

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from followspot import spaces
+from followspot.game import RUN_SPEED
 from followspot.present.viewer import flight
 from followspot.present.viewer.flight import Flight, Steering
 from followspot.scene.camera import Camera
@@ -39,7 +40,7 @@ def test_a_straight_flight_is_the_same_at_any_frame_rate() -> None:
 def test_a_curve_at_30_and_144_frames_a_second_ends_within_a_unit() -> None:
     turning = Steering(forward=1, yaw=90, pitch=5)
     slow, fast = (fly(START, rate, 5, turning) for rate in (30, 144))
-    flown = flight.SPEED * 5
+    flown = RUN_SPEED * 5
     assert np.linalg.norm(slow.camera.position - START.camera.position) > 100
     assert np.linalg.norm(slow.camera.position - fast.camera.position) < 1 < flown / 1000
     assert slow.camera.yaw == pytest.approx(fast.camera.yaw, abs=1e-6)
@@ -53,13 +54,13 @@ def test_it_reaches_full_speed_smoothly_and_comes_to_rest() -> None:
         now = now.after(1 / 60, AHEAD)
         speeds.append(float(np.linalg.norm(now.velocity)))
     assert speeds == sorted(speeds)
-    assert speeds[0] < 0.2 * flight.SPEED
-    assert speeds[5] == pytest.approx(flight.SPEED * (1 - math.exp(-1)), rel=0.01)  # after MOVE_TAU
-    assert speeds[-1] == pytest.approx(flight.SPEED, rel=1e-3)
+    assert speeds[0] < 0.2 * RUN_SPEED
+    assert speeds[5] == pytest.approx(RUN_SPEED * (1 - math.exp(-1)), rel=0.01)  # after MOVE_TAU
+    assert speeds[-1] == pytest.approx(RUN_SPEED, rel=1e-3)
     after = fly(now, 60, 2, Steering())
     assert not after.velocity.any()
     gone = after.camera.position - now.camera.position
-    assert np.linalg.norm(gone) == pytest.approx(flight.SPEED * flight.MOVE_TAU, rel=1e-3)
+    assert np.linalg.norm(gone) == pytest.approx(RUN_SPEED * flight.MOVE_TAU, rel=1e-3)
     assert (
         after.after(1 / 60, Steering()).camera.position.tolist() == after.camera.position.tolist()
     )
@@ -73,12 +74,12 @@ def test_directions_are_the_cameras_but_up_is_the_worlds() -> None:
         (Steering(up=-1), (0, 0, -1)),
     ):
         velocity = fly(down_left, 60, 3, steering).velocity
-        assert velocity == pytest.approx(np.array(expected) * flight.SPEED, abs=0.1)
+        assert velocity == pytest.approx(np.array(expected) * RUN_SPEED, abs=0.1)
 
 
 def test_a_diagonal_is_no_faster() -> None:
     diagonal = fly(START, 60, 3, Steering(forward=1, left=1)).velocity
-    assert np.linalg.norm(diagonal) == pytest.approx(flight.SPEED, rel=1e-3)
+    assert np.linalg.norm(diagonal) == pytest.approx(RUN_SPEED, rel=1e-3)
 
 
 def test_the_angles_arrive_where_the_mouse_turned_to() -> None:
@@ -89,7 +90,7 @@ def test_the_angles_arrive_where_the_mouse_turned_to() -> None:
 
 
 def test_the_wheel_changes_the_speed_within_limits() -> None:
-    assert START.after(0.01, Steering(notches=2)).speed == pytest.approx(flight.SPEED * 1.44)
+    assert START.after(0.01, Steering(notches=2)).speed == pytest.approx(RUN_SPEED * 1.44)
     assert START.after(0.01, Steering(notches=100)).speed == flight.FASTEST
     assert START.after(0.01, Steering(notches=-100)).speed == flight.SLOWEST
 

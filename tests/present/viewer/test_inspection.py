@@ -23,8 +23,9 @@ from followspot.present.viewer.asking import Asked
 from followspot.present.viewer.inspection import Inspector
 from followspot.present.viewer.state import State
 from followspot.scene import scene_file
-from followspot.scene.load import BUILTIN, load
+from followspot.scene.load import load
 from followspot.scene.material import Material
+from followspot.scene.search import BUILTIN
 from followspot.scene.sky import CubeMap
 
 pytestmark = pytest.mark.gl

@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.passes.view import View
-from followspot.present.viewer import flown
 from followspot.present.viewer.flight import Flight, Steering
 from followspot.present.viewer.flown import DEGREES, SHORTEST, UNITS, Flown, thinned
 from followspot.present.viewer.reel import WAITING, Reel
@@ -24,10 +24,8 @@ from followspot.present.viewer.state import LONGEST_FRAME, Recording
 from followspot.scene.camera import Camera
 from followspot.scene.path import CameraPath
 
-Array = flown.Array
 
-
-def errors(path: CameraPath, moments: Array) -> tuple[Array, Array]:
+def errors(path: CameraPath, moments: Floats) -> tuple[Floats, Floats]:
     """(n,) units and (n, 3) degrees that a path is off at the moments of a flight, worked out
     moment by moment.
     """
@@ -37,7 +35,7 @@ def errors(path: CameraPath, moments: Array) -> tuple[Array, Array]:
     return np.array(units), np.abs(np.degrees(np.arcsin(np.sin(np.radians(angles / 2)))) * 2)
 
 
-def flight_of(seconds: float, seed: int = 1) -> Array:
+def flight_of(seconds: float, seed: int = 1) -> Floats:
     """Somebody who flies about, at 60 frames a second."""
     rng = np.random.default_rng(seed)
     flight, gathered = Flight(Camera(np.zeros(3))), Flown()

@@ -21,9 +21,10 @@ from followspot.present.viewer.scene_text import Document
 from followspot.present.viewer.state import Look, State
 from followspot.scene import scene_file
 from followspot.scene.light import SpotLight
-from followspot.scene.load import BUILTIN, load
+from followspot.scene.load import load
 from followspot.scene.path import CameraPath, Key
 from followspot.scene.scene import Scene
+from followspot.scene.search import BUILTIN
 from followspot.scene.settings import CullFace, Settings
 
 COURTYARD = (BUILTIN / "courtyard.toml").read_text(encoding="utf-8")

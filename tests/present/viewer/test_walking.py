@@ -9,6 +9,7 @@ import pytest
 from driver import display, play
 
 import synthetic
+from followspot.game import EYE_HEIGHT, RUN_SPEED
 from followspot.levelbuilder.brush import box, room
 from followspot.levelbuilder.compiler import compile_level
 from followspot.levelbuilder.level import Level
@@ -18,8 +19,7 @@ from followspot.present.viewer.state import State
 from followspot.present.viewer.walking import DEEPEST_FALL, NO_ROOM, Walking
 from followspot.scene.load import load
 from followspot.scene.scene import Scene
-from followspot.scene.walker import SPEED
-from followspot.spaces import EYE_HEIGHT, vec3
+from followspot.spaces import vec3
 
 STONE = Material("textures/test/stone")
 EYE = 24.125 + EYE_HEIGHT
@@ -59,10 +59,10 @@ def test_somebody_who_flies_falls_to_the_floor_runs_and_climbs_steps(state: Stat
     assert standing.camera.position == pytest.approx((0, 0, EYE), abs=0.2)
     ahead = walk(walking, standing, 0.7, AHEAD)
     assert ahead.camera.position[2] == pytest.approx(EYE + 16, abs=0.5)
-    assert 0.7 * SPEED * 0.75 < ahead.camera.position[0] < 0.7 * SPEED
+    assert 0.7 * RUN_SPEED * 0.75 < ahead.camera.position[0] < 0.7 * RUN_SPEED
     assert ahead.camera.name == ""
     slow = walk(walking, standing, 0.7, replace(AHEAD, pace=0.25))
-    assert slow.camera.position[0] < 0.7 * SPEED * 0.26
+    assert slow.camera.position[0] < 0.7 * RUN_SPEED * 0.26
     jumped = [walk(Walking(), standing, t, Steering(up=1)).camera.position[2] for t in (0.1, 0.3)]
     assert min(jumped) > EYE + 15
     crouched = walk(walking, standing, 1, Steering(up=-1))

@@ -7,14 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from followspot.present.cut_outs import Numbers
+from followspot.arrays import Floats
 from followspot.present.report import plot
 from followspot.present.report.bias_samples import REACH
 from followspot.present.report.bias_study import CONTACT, OFFSETS, BiasStudy, Rates, study
 from followspot.present.report.material import Material
-from followspot.present.report.plot import Axis, Line, Mark
+from followspot.present.report.plot import Line
+from followspot.present.report.plot_frame import Mark
 from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
+from followspot.present.report.ticks import Axis
 from followspot.scene.settings import CullFace
 
 LABELS = {
@@ -95,7 +97,7 @@ def _sweep(found: BiasStudy, name: str, field: str, floor: float) -> str:
     )
 
 
-def _room(thickness: Numbers, gap: Numbers, most: float) -> str:
+def _room(thickness: Floats, gap: Floats, most: float) -> str:
     """Shares of places with less room than so many texels, at most those that were looked for."""
     texels = np.geomspace(0.1, max(min(most, 100.0), 1.0), 61)
     series = [
@@ -117,7 +119,7 @@ def _room(thickness: Numbers, gap: Numbers, most: float) -> str:
     )
 
 
-def _share_below(values: Numbers, limit: float) -> float:
+def _share_below(values: Floats, limit: float) -> float:
     return float((values < limit).mean()) if len(values) else 0.0
 
 

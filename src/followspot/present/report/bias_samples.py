@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from followspot.arrays import Floats, Mask
 from followspot.present.comparison import SAME_SURFACE
-from followspot.present.cut_outs import Mask, Numbers
 from followspot.present.report.visibility import CLEARANCE, Fitted, Places, Rays
 from followspot.present.shadow_edges import EDGE_TEXELS, near_edge
 from followspot.scene.light import SpotLight
@@ -45,9 +45,9 @@ class Samples:
     entries: np.ndarray
     exits: np.ndarray
     sheets: np.ndarray
-    thickness: Numbers
-    gap: Numbers
-    texel: Numbers
+    thickness: Floats
+    gap: Floats
+    texel: Floats
 
     @property
     def plain(self) -> Mask:
@@ -55,7 +55,7 @@ class Samples:
         return ~self.near_edge & ~self.through_cut_out
 
 
-def facing(seen: Places, light: SpotLight, depth: Numbers) -> tuple[Places, float]:
+def facing(seen: Places, light: SpotLight, depth: Floats) -> tuple[Places, float]:
     """Places that both see alike and that face the light in its cone, and the share left out."""
     way = light.position - seen.position
     way /= np.linalg.norm(way, axis=1, keepdims=True)
@@ -98,7 +98,7 @@ def take(
     texel = tiles.texels(places.position) * along
     radius = (EDGE_TEXELS + (settings.shadow_taps - 1) / 2) * texel
 
-    def reached(points: Numbers, normals: Numbers) -> Mask:
+    def reached(points: Floats, normals: Floats) -> Mask:
         return rays.reach(points, normals, light.position)
 
     return Samples(
@@ -115,5 +115,5 @@ def take(
     )
 
 
-def _dot(a: Numbers, b: Numbers) -> Numbers:
+def _dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(np.einsum("ij,ij->i", a, b))

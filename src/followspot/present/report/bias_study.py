@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
+from followspot.arrays import Floats, Mask
 from followspot.passes.view import View
-from followspot.present.cut_outs import Mask, Numbers
 from followspot.present.renderer import Renderer
 from followspot.present.report import bias_samples
 from followspot.present.report.bias_samples import Samples
@@ -51,15 +51,15 @@ class Rates:
         contact: Of the false light, what is nearer than CONTACT to what should shade it.
     """
 
-    false_shadow: Numbers
-    false_light: Numbers
-    acne: Numbers
-    leak: Numbers
-    sheets: Numbers
-    contact: Numbers
+    false_shadow: Floats
+    false_light: Floats
+    acne: Floats
+    leak: Floats
+    sheets: Floats
+    contact: Floats
 
     @property
-    def wrong(self) -> Numbers:
+    def wrong(self) -> Floats:
         """False shadow and false light together."""
         return self.false_shadow + self.false_light
 
@@ -180,7 +180,7 @@ def study(
 
 def _drawn(
     renderer: Renderer, scene: Scene, camera: Camera, view: View, settings: Settings
-) -> Numbers:
+) -> Floats:
     """(pixels,) values of a view."""
     drawn = renderer.render(scene, camera, [view], settings=settings, linear=True)[view]
     return np.asarray(drawn.ravel().astype(np.float64))

@@ -9,13 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints, Mask
 from followspot.scene.camera import Camera
 from followspot.spaces import vertical_fov
-
-Numbers = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 TILES = (16, 12)
 """Clusters across and down the picture."""
@@ -41,7 +38,7 @@ class Clusters:
     size: tuple[int, int]
     far: float
 
-    def of_pixels(self, pixel: NDArray[np.int64], depth: Numbers) -> NDArray[np.int64]:
+    def of_pixels(self, pixel: Ints, depth: Floats) -> Ints:
         """(n,) clusters of pixels, row by row from the top, at depths in units."""
         width, height = self.size
         across = pixel % width * TILES[0] // width
@@ -49,7 +46,7 @@ class Clusters:
         deep = np.clip(np.searchsorted(self._edges, depth) - 1, 0, SLICES - 1)
         return np.asarray((deep * TILES[1] + down) * TILES[0] + across)
 
-    def in_spheres(self, centres: Numbers, radius: float) -> Mask:
+    def in_spheres(self, centres: Floats, radius: float) -> Mask:
         """(n, clusters) which clusters spheres about (n, 3) world places meet."""
         view_from_world = self.camera.view_from_world
         view = centres @ view_from_world[:3, :3].T + view_from_world[:3, 3]
@@ -57,7 +54,7 @@ class Clusters:
         gap = _outside(view[:, np.newaxis], corners.min(axis=1), corners.max(axis=1))
         return np.asarray(np.linalg.norm(gap, axis=2) < radius)
 
-    def in_boxes(self, mins: Numbers, maxs: Numbers) -> Mask:
+    def in_boxes(self, mins: Floats, maxs: Floats) -> Mask:
         """(n, clusters) which clusters' world boxes meet boxes (n, 3) to (n, 3)."""
         world = self._corners() @ self.camera.view_from_world[:3, :3] + self.camera.position
         low, high = world.min(axis=1), world.max(axis=1)
@@ -65,12 +62,12 @@ class Clusters:
         return np.asarray(meets.all(axis=2))
 
     @property
-    def _edges(self) -> Numbers:
+    def _edges(self) -> Floats:
         """(SLICES + 1,) depths at which slices begin and end."""
         far = max(self.far, FIRST_SLICE * 2)
         return np.concatenate([[0.0], np.geomspace(FIRST_SLICE, far, SLICES)])
 
-    def _corners(self) -> Numbers:
+    def _corners(self) -> Floats:
         """(clusters, 8, 3) in view space."""
         aspect = self.size[0] / self.size[1]
         fovs = self.camera.fov, vertical_fov(self.camera.fov, aspect)
@@ -83,6 +80,6 @@ class Clusters:
         return np.stack(corners, axis=3).reshape(-1, 8, 3)
 
 
-def _outside(points: Numbers, mins: Numbers, maxs: Numbers) -> Numbers:
+def _outside(points: Floats, mins: Floats, maxs: Floats) -> Floats:
     """How far points lie outside of boxes along each axis."""
     return np.asarray(np.maximum(mins - points, 0) + np.maximum(points - maxs, 0))

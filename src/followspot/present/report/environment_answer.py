@@ -6,23 +6,17 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
+from followspot.arrays import Floats
 from followspot.assets.image import LUMINANCE
 from followspot.errors import UsageError
 from followspot.present import sky_irradiance
 from followspot.present.report import environment_study as study
-from followspot.present.report.environment_study import (
-    HARMONICS,
-    LITERAL,
-    SIX,
-    TRUE_SIX,
-    Numbers,
-    SkyErrors,
-)
+from followspot.present.report.environment_study import HARMONICS, LITERAL, SIX, TRUE_SIX, SkyErrors
 from followspot.present.report.material import Material
-from followspot.present.report.plot import Axis, Line, dots, heat_map, lines
+from followspot.present.report.plot import Line, dots, heat_map, lines
 from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
-from followspot.present.report.ticks import count, number
+from followspot.present.report.ticks import Axis, count, number
 from followspot.scene.sky import CubeMap
 
 NORMALS = 4096
@@ -99,7 +93,7 @@ def _short(name: str) -> str:
     return name.removeprefix("textures/").removeprefix("env/")
 
 
-def _resampling(sky: CubeMap, normals: Numbers) -> float:
+def _resampling(sky: CubeMap, normals: Floats) -> float:
     """Largest relative change of luminance if faces twice as fine are summed over."""
     some = normals[:: len(normals) // 256]
     coarse, fine = (
@@ -171,7 +165,7 @@ def _by_direction(errors: SkyErrors, shortcut: str) -> str:
     )
 
 
-def _meridian(sky: CubeMap, normals: Numbers, errors: SkyErrors) -> str:
+def _meridian(sky: CubeMap, normals: Floats, errors: SkyErrors) -> str:
     """Irradiance round the great circle through the zenith and the worst normal."""
     worst = normals[np.abs(errors.errors[SIX]).argmax()]
     across = worst * [1, 1, 0] if np.hypot(*worst[:2]) > 1e-6 else np.array([1.0, 0, 0])

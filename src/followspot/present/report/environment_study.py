@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets.archive import Archive
 from followspot.assets.image import LUMINANCE
 from followspot.errors import AssetError
@@ -25,8 +25,6 @@ from followspot.present.sky_irradiance import (
 from followspot.scene.load import read_sky
 from followspot.scene.sky import SUFFIXES, CubeMap
 from followspot.spaces import directions_around
-
-Numbers = NDArray[np.float64]
 
 CUBE_FACE_COSINE = math.log(2 + math.sqrt(3)) - math.pi / 6
 """Mean over a cube's face, all its points alike, of the cosine with the face's axis."""
@@ -54,7 +52,7 @@ def _fingerprint(sky: CubeMap) -> bytes:
     return sky.faces[:, ::step, ::step].tobytes()
 
 
-def six_directions(normals: Numbers, towards: Numbers, *, normalised: bool = True) -> Numbers:
+def six_directions(normals: Floats, towards: Floats, *, normalised: bool = True) -> Floats:
     """(n, 3) irradiance as `radiance_from_environment` in ``common/light.glsl`` has it, times pi.
 
     Args:
@@ -68,7 +66,7 @@ def six_directions(normals: Numbers, towards: Numbers, *, normalised: bool = Tru
     return np.asarray(math.pi * weights @ towards)
 
 
-def basis(directions: Numbers) -> Numbers:
+def basis(directions: Floats) -> Floats:
     """(..., 9) real spherical harmonics up to order two at unit directions (..., 3)."""
     x, y, z = np.moveaxis(directions, -1, 0)
     low, high = math.sqrt(3 / (4 * math.pi)), math.sqrt(15 / (4 * math.pi))
@@ -83,14 +81,14 @@ def basis(directions: Numbers) -> Numbers:
     )
 
 
-def project(sky: Numbers) -> Numbers:
+def project(sky: Floats) -> Floats:
     """(9, 3) coefficients of a sky (6, size, size, 3), by a sum over all its texels."""
     size = sky.shape[1]
     weighted = basis(texel_directions(size)) * texel_solid_angles(size)[..., np.newaxis]
     return np.asarray(weighted.reshape(-1, 9).T @ sky.reshape(-1, 3))
 
 
-def harmonics(normals: Numbers, coefficients: Numbers) -> Numbers:
+def harmonics(normals: Floats, coefficients: Floats) -> Floats:
     """(n, 3) irradiance from a sky's coefficients (9, 3).
 
     The cosine dims the orders 0, 1 and 2 by pi, 2 pi / 3 and pi / 4.
@@ -99,7 +97,7 @@ def harmonics(normals: Numbers, coefficients: Numbers) -> Numbers:
     return np.asarray(basis(normals) * dimming @ coefficients)
 
 
-def sphere(count: int) -> Numbers:
+def sphere(count: int) -> Floats:
     """(count + 14, 3) unit vectors: evenly spread ones, the axes, and the cube's corners.
 
     Corners and axes are where six directions are farthest off.
@@ -108,7 +106,7 @@ def sphere(count: int) -> Numbers:
     return np.concatenate([directions_around(count), np.eye(3), -np.eye(3), signs])
 
 
-def grid(rows: int) -> Numbers:
+def grid(rows: int) -> Floats:
     """(rows * 2 rows, 3) unit vectors by elevation from +90 degrees down, azimuth from -180 up."""
     up = np.pi / 2 - (np.arange(rows) + 0.5) * np.pi / rows
     round_z = (np.arange(2 * rows) + 0.5) * np.pi / rows - np.pi
@@ -116,7 +114,7 @@ def grid(rows: int) -> Numbers:
     return np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)], axis=1)
 
 
-def relative_error(approximate: Numbers, exact: Numbers) -> Numbers:
+def relative_error(approximate: Floats, exact: Floats) -> Floats:
     """(n,) signed relative differences of the luminance of colours (n, 3)."""
     truth = exact @ LUMINANCE
     return np.asarray((approximate @ LUMINANCE - truth) / truth)
@@ -140,9 +138,9 @@ class SkyErrors:
     """
 
     name: str
-    truth: Numbers
-    errors: Mapping[str, Numbers]
-    by_level: Numbers
+    truth: Floats
+    errors: Mapping[str, Floats]
+    by_level: Floats
 
     def largest(self, shortcut: str) -> float:
         """Largest relative error."""
@@ -161,7 +159,7 @@ class SkyErrors:
         return float(np.abs(self.errors[shortcut] * self.truth).mean() / self.truth.mean())
 
 
-def study(skies: Sequence[CubeMap], normals: Numbers, *, levels: bool = True) -> list[SkyErrors]:
+def study(skies: Sequence[CubeMap], normals: Floats, *, levels: bool = True) -> list[SkyErrors]:
     """Errors of all shortcuts for skies.
 
     Args:

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from followspot.present import film
-from followspot.present.film import FilmWish, Interrupt
+from followspot.present import film, film_plan
+from followspot.present.film import Interrupt
+from followspot.present.film_plan import FilmWish
 from followspot.present.frames import Film, Picture
 from followspot.present.report.material import Material
 from followspot.present.report.page import fill
@@ -27,8 +28,8 @@ class FilmStep:
 
     def __call__(self, material: Material) -> Section:
         """The film in the report's folder, and what the page says of it."""
-        to = film.parse_output(str(material.folder / FILE), self.film_wish)
-        scene, planned = film.plan(material.name, self.wish, self.film_wish, to)
+        to = film_plan.parse_output(str(material.folder / FILE), self.film_wish)
+        scene, planned = film_plan.plan(material.name, self.wish, self.film_wish, to)
         every = -(-planned.frame_count // CANDIDATES)
         candidates: list[bytes] = []
 

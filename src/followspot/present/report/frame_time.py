@@ -10,8 +10,8 @@ from followspot.present import bench
 from followspot.present.report import plot
 from followspot.present.report.material import Material
 from followspot.present.report.page import fill
-from followspot.present.report.plot import Axis
 from followspot.present.report.section import Section
+from followspot.present.report.ticks import Axis
 from followspot.scene.scene import Scene
 
 FRAMES = 30

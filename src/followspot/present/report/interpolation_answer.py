@@ -5,16 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Floats, Ints, Mask
 from followspot.errors import UsageError
 from followspot.passes import shadow_fit
 from followspot.passes.shadow_fit import Boxes
 from followspot.present.report.interpolation_study import (
     Map,
-    Mask,
-    Numbers,
     Seen,
     Ways,
     compare,
@@ -23,14 +21,13 @@ from followspot.present.report.interpolation_study import (
     rasterise,
 )
 from followspot.present.report.material import Material
-from followspot.present.report.plot import Axis, Line, Mark, heat_map, lines
+from followspot.present.report.plot import Line, heat_map, lines
+from followspot.present.report.plot_frame import Mark
 from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
-from followspot.present.report.ticks import count, number
+from followspot.present.report.ticks import Axis, count, number
 from followspot.scene.light import SpotLight, casting
 from followspot.scene.scene import Scene
-
-Integers = NDArray[np.int64]
 
 WIDTH = 320
 """Pixels along the picture's width that the experiment looks at."""
@@ -57,9 +54,9 @@ class Experiment:
     light: SpotLight
     map: Map
     size: tuple[int, int]
-    pixel: Integers
-    triangle: Integers
-    corners: Numbers
+    pixel: Ints
+    triangle: Ints
+    corners: Floats
     ways: Ways
     in_front: Mask
 
@@ -127,7 +124,7 @@ def section(material: Material) -> Section:
     return Section("interpolation", title, html, figures)
 
 
-def _spread(distance: Numbers) -> float:
+def _spread(distance: Floats) -> float:
     """Median of farthest over nearest corner (n, 3), of what is wholly in front of the light."""
     near, far = distance.min(axis=1), distance.max(axis=1)
     return float(np.median(far[near > 0] / near[near > 0])) if (near > 0).any() else math.nan
@@ -145,7 +142,7 @@ def run(scene: Scene, material: Material) -> Experiment:
     )
     projection = camera.clip_from_view(size[0] / size[1], camera.far_for(*scene.bounds))
     seen = rasterise(corners, projection @ camera.view_from_world, size)
-    hit: Integers = np.flatnonzero(seen.triangle >= 0)
+    hit: Ints = np.flatnonzero(seen.triangle >= 0)
     if not len(hit):
         raise UsageError("the camera sees no surface whose shadow coordinates could be compared")
     light, map_, pixel = _light(scene, material, corners, seen, hit)
@@ -156,8 +153,8 @@ def run(scene: Scene, material: Material) -> Experiment:
 
 
 def _light(
-    scene: Scene, material: Material, corners: Numbers, seen: Seen, hit: Integers
-) -> tuple[SpotLight, Map, Integers]:
+    scene: Scene, material: Material, corners: Floats, seen: Seen, hit: Ints
+) -> tuple[SpotLight, Map, Ints]:
     """The light whose map holds most of what is seen, and those pixels.
 
     A light beside the camera stands in where no light with a shadow map reaches anything.
@@ -168,7 +165,7 @@ def _light(
         camera.position + aside, camera.forward, 1.2, spaces.vec3([1, 1, 1]), name="stand-in"
     )
 
-    def reached(light: SpotLight) -> tuple[SpotLight, Map, Integers]:
+    def reached(light: SpotLight) -> tuple[SpotLight, Map, Ints]:
         map_ = _map(scene, light)
         return light, map_, hit[lit(corners[seen.triangle[hit]], seen.weights[hit], map_)]
 
@@ -193,13 +190,13 @@ def _map(scene: Scene, light: SpotLight) -> Map:
     )
 
 
-def texels_apart(a: Numbers, b: Numbers) -> Numbers:
+def texels_apart(a: Floats, b: Floats) -> Floats:
     """(n,) distances in the map between coordinates (n, 3); infinite where one has no place."""
     apart = np.linalg.norm((a - b)[:, :2], axis=1)
     return np.where(np.isfinite(apart), apart, np.inf)
 
 
-def difference(a: Numbers, b: Numbers) -> Difference:
+def difference(a: Floats, b: Floats) -> Difference:
     """Statistics of how far coordinates (n, 3) are apart."""
     if not len(a):
         return Difference(0, 0.0, 0.0, 0.0, 0.0)

@@ -14,10 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints, Mask
 from followspot.spaces import Mat4
-
-Numbers = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _PAIRS = 1_000_000  # of triangles and pixels that are looked at together
 _TO_EDGE = 1e-12  # weights of points on a triangle's edge may come out so far below zero
@@ -33,12 +31,12 @@ class Seen:
         w: (n, 3) clip w of its corners: distances along the view axis.
     """
 
-    triangle: NDArray[np.int64]
-    weights: Numbers
-    w: Numbers
+    triangle: Ints
+    weights: Floats
+    w: Floats
 
 
-def rasterise(corners: Numbers, clip_from_world: Mat4, size: tuple[int, int]) -> Seen:
+def rasterise(corners: Floats, clip_from_world: Mat4, size: tuple[int, int]) -> Seen:
     """Find the nearest triangle behind every pixel, exactly and without clipping.
 
     Args:
@@ -81,15 +79,13 @@ def rasterise(corners: Numbers, clip_from_world: Mat4, size: tuple[int, int]) ->
     return Seen(found, weights, np.asarray(xyw[found][..., 2]))
 
 
-def _middles(column: NDArray[np.int64], row: NDArray[np.int64], size: tuple[int, int]) -> Numbers:
+def _middles(column: Ints, row: Ints, size: tuple[int, int]) -> Floats:
     """(n, 3) x and y in [-1, 1] of pixels' middles, and 1."""
     x, y = (column + 0.5) * 2 / size[0] - 1, 1 - (row + 0.5) * 2 / size[1]
     return np.column_stack([x, y, np.ones(len(row))])
 
 
-def _pixel_boxes(
-    clip: Numbers, size: tuple[int, int]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _pixel_boxes(clip: Floats, size: tuple[int, int]) -> tuple[Ints, Ints]:
     """(triangles, 2) first pixel and the one behind the last that a triangle may cover."""
     w = clip[..., 3]
     beyond = np.stack([clip[..., :3] > w[..., np.newaxis], clip[..., :3] < -w[..., np.newaxis]])
@@ -104,9 +100,7 @@ def _pixel_boxes(
     return low, np.where(outside[:, np.newaxis], low, np.maximum(high, low))
 
 
-def _pairs(
-    triangles: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64]
-) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]]:
+def _pairs(triangles: Ints, low: Ints, high: Ints) -> Iterator[tuple[Ints, Ints, Ints]]:
     """Triangles with the columns and rows of every pixel of their boxes, many at a time."""
     extent = high[triangles] - low[triangles]
     count = extent.prod(axis=1)
@@ -137,13 +131,13 @@ class Ways:
         offset_by_pixel: The same with point and normal interpolated first; float64.
     """
 
-    exact: Numbers
-    by_vertex: Numbers
-    by_pixel: Numbers
-    divided_early: Numbers
-    screen_linear: Numbers
-    offset_by_vertex: Numbers
-    offset_by_pixel: Numbers
+    exact: Floats
+    by_vertex: Floats
+    by_pixel: Floats
+    divided_early: Floats
+    screen_linear: Floats
+    offset_by_vertex: Floats
+    offset_by_pixel: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +160,7 @@ class Map:
     far: float
     offset: float = 0.0
 
-    def moved(self, points: Numbers, normals: Numbers) -> Numbers:
+    def moved(self, points: Floats, normals: Floats) -> Floats:
         """(..., 4) homogeneous coordinates of (..., 3) points moved off their surfaces.
 
         As surface.vert moves one-sided ones: across the map as unit normals (..., 3) point.
@@ -176,11 +170,11 @@ class Map:
         s[..., :2] += normals @ axes.T * (self.offset / self.size) * s[..., 3:]
         return np.asarray(s)
 
-    def measured(self, homogeneous: Numbers) -> Numbers:
+    def measured(self, homogeneous: Floats) -> Floats:
         """(n, 3) texels, texels and units of what is (n, 4) before the division."""
         return self.in_units(homogeneous[:, :3] / homogeneous[:, 3:])
 
-    def in_units(self, divided: Numbers) -> Numbers:
+    def in_units(self, divided: Floats) -> Floats:
         """(n, 3) texels, texels and units of coordinates in [0, 1]."""
         divided = divided.astype(np.float64)
         ndc = divided[:, 2] * 2 - 1
@@ -189,7 +183,7 @@ class Map:
         return np.column_stack([divided[:, :2] * self.size, distance])
 
 
-def compare(corners: Numbers, normals: Numbers, weights: Numbers, w: Numbers, map_: Map) -> Ways:
+def compare(corners: Floats, normals: Floats, weights: Floats, w: Floats, map_: Map) -> Ways:
     """Every way of getting from corners to coordinates in the map.
 
     Args:
@@ -228,13 +222,13 @@ def compare(corners: Numbers, normals: Numbers, weights: Numbers, w: Numbers, ma
     )
 
 
-def _mix(weights: NDArray[np.floating], values: NDArray[np.floating]) -> Numbers:
+def _mix(weights: NDArray[np.floating], values: NDArray[np.floating]) -> Floats:
     """(n, c) sums over corners of weights (n, 3) times values (n, 3, c), in their own precision."""
-    result: Numbers = (weights[..., np.newaxis] * values).sum(axis=1)
+    result: Floats = (weights[..., np.newaxis] * values).sum(axis=1)
     return result
 
 
-def lit(corners: Numbers, weights: Numbers, map_: Map) -> Mask:
+def lit(corners: Floats, weights: Floats, map_: Map) -> Mask:
     """(n,) points in front of the light and inside its map."""
     points = np.column_stack([_mix(weights, corners), np.ones(len(corners))])
     s = points @ map_.shadow_from_world.T

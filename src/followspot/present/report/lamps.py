@@ -9,17 +9,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Mask
 from followspot.passes import drawlist
 from followspot.scene import bsp_tree
 from followspot.scene.level import entity_vector
 from followspot.scene.mesh import FLAT
 from followspot.scene.scene import Scene
 from followspot.spaces import directions_around, vec3
-
-Numbers = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 LAMPS = 32
 GREY, GREY_AT = 0.18, 100.0
@@ -50,7 +47,7 @@ class Lamps:
             middle of open leafs.
     """
 
-    position: Numbers
+    position: Floats
     sources: tuple[int, int, int]
 
 
@@ -60,8 +57,8 @@ def place_lamps(scene: Scene) -> Lamps:
     Compiled levels mostly come without their lights: those were baked and left out.
     """
     bsp = scene.level.bsp
-    lights: list[Numbers] = []
-    things: list[Numbers] = []
+    lights: list[Floats] = []
+    things: list[Floats] = []
     for entity in bsp.entities:
         origin = entity_vector(entity, "origin")
         if origin is not None:
@@ -81,7 +78,7 @@ def place_lamps(scene: Scene) -> Lamps:
     return Lamps(chosen, (counts[0], counts[1], counts[2]))
 
 
-def _spread(chosen: Numbers, candidates: Numbers) -> Numbers:
+def _spread(chosen: Floats, candidates: Floats) -> Floats:
     """Add candidates, each time the one farthest from all others, while there is room."""
     distance = np.full(len(candidates), np.inf)
     for place in chosen:
@@ -93,7 +90,7 @@ def _spread(chosen: Numbers, candidates: Numbers) -> Numbers:
     return chosen
 
 
-def shown_at(lamps: Numbers, position: Numbers, normal: Numbers) -> Numbers:
+def shown_at(lamps: Floats, position: Floats, normal: Floats) -> Floats:
     """(lamps, places) linear display value of white surfaces, walls not being asked."""
     way = lamps[:, np.newaxis] - position
     distance = np.maximum(np.linalg.norm(way, axis=2), 1.0)
@@ -101,7 +98,7 @@ def shown_at(lamps: Numbers, position: Numbers, normal: Numbers) -> Numbers:
     return np.asarray(GREY * (GREY_AT / distance) ** 2 * cos)
 
 
-def reached_faces(scene: Scene, lamps: Numbers) -> dict[str, Mask]:
+def reached_faces(scene: Scene, lamps: Floats) -> dict[str, Mask]:
     """By how one asks: (lamps, faces) which faces a lamp may light."""
     faces = scene.mesh.faces
     gap = np.maximum(faces["mins"] - lamps[:, np.newaxis], 0)
@@ -118,7 +115,7 @@ def reached_faces(scene: Scene, lamps: Numbers) -> dict[str, Mask]:
     }
 
 
-def traced_ends(scene: Scene, lamps: Numbers) -> Numbers:
+def traced_ends(scene: Scene, lamps: Floats) -> Floats:
     """(lamps, directions, 3) how far their light gets before a structural wall or their reach."""
     start = np.repeat(lamps, _DIRECTIONS, axis=0)
     way = np.tile(directions_around(_DIRECTIONS) * REACH, (len(lamps), 1))

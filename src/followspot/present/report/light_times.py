@@ -6,12 +6,12 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 
+from followspot.arrays import Floats
 from followspot.gpu.blocks import MAX_LIGHTS
 from followspot.gpu.context import is_software
 from followspot.passes import lighting
 from followspot.passes.frame import FrameInput
 from followspot.present.renderer import Renderer
-from followspot.present.report.lamps import Numbers
 from followspot.scene.camera import Camera
 from followspot.scene.light import PointLight
 from followspot.scene.scene import Scene
@@ -23,7 +23,7 @@ COUNTS = (0, 2, 4, MAX_LIGHTS)
 _REPEATS = 7
 
 
-def by_count(scene: Scene, camera: Camera, renderer: Renderer, lamps: Numbers) -> dict[int, float]:
+def by_count(scene: Scene, camera: Camera, renderer: Renderer, lamps: Floats) -> dict[int, float]:
     """Milliseconds of a frame by its number of lights without shadows."""
     result = {}
     for count in COUNTS:
@@ -35,7 +35,7 @@ def by_count(scene: Scene, camera: Camera, renderer: Renderer, lamps: Numbers) -
 
 def of_a_map(scene: Scene, camera: Camera, renderer: Renderer) -> float | None:
     """Milliseconds that drawing the scene's shadow maps anew adds to a frame, for each of them."""
-    count = len(lighting.shadowed(lighting.in_order(scene.lights), scene.settings))
+    count = len(lighting.shadowed(scene.lights, scene.settings))
     if count == 0:
         return None
     kept, redrawn = (
@@ -52,7 +52,7 @@ def of_a_map(scene: Scene, camera: Camera, renderer: Renderer) -> float | None:
 def _frame_ms(scene: Scene, camera: Camera, renderer: Renderer) -> float:
     """The best of some. Where processors rasterise, their time counts: not other programs'."""
     clock = time.process_time if is_software(renderer.gl_renderer) else time.perf_counter
-    frame = FrameInput(scene, camera, lighting.in_order(scene.lights), scene.settings, 1.0)
+    frame = FrameInput(scene, camera, scene.settings, 1.0)
     renderer.open(scene)
     renderer.draw(frame)
     renderer.finish()

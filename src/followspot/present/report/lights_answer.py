@@ -10,9 +10,11 @@ from followspot.present.report import lamps, plot
 from followspot.present.report.clusters import SLICES, TILES
 from followspot.present.report.lights_study import LightsStudy, study
 from followspot.present.report.material import Material
-from followspot.present.report.plot import Axis, Line, Mark
+from followspot.present.report.plot import Line
+from followspot.present.report.plot_frame import Mark
 from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
+from followspot.present.report.ticks import Axis
 
 BUDGET = 8
 """Lamps that a frame or a pixel might keep, for which the loss is told."""

@@ -5,21 +5,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Ints, Mask
 from followspot.passes import drawlist, lighting
 from followspot.passes.view import View
 from followspot.passes.visible import VisibleFaces
 from followspot.present.renderer import Renderer
 from followspot.present.report import lamps, light_times
 from followspot.present.report.clusters import SLICES, TILES, Clusters
-from followspot.present.report.lamps import CUT_OFF, LEAST_CUT_OFF, REACH, Lamps, Mask, Numbers
+from followspot.present.report.lamps import CUT_OFF, LEAST_CUT_OFF, REACH, Lamps
 from followspot.present.report.visibility import CLEARANCE, Rays, fitted, ways
 from followspot.scene.camera import Camera
 from followspot.scene.scene import Scene
 from followspot.spaces import vec3
-
-Whole = NDArray[np.int64]
 
 PLACES = 2000
 """Pixels, about, from which rays look for the lamps."""
@@ -58,13 +56,13 @@ class LightsStudy:
     in_frame: dict[str, int]
     bounds: dict[str, float]
     casters: dict[str, float]
-    cluster_sizes: Numbers
-    fitted_sizes: Numbers
+    cluster_sizes: Floats
+    fitted_sizes: Floats
     clusters: tuple[int, int]
-    over_cut_off: tuple[Numbers, Numbers]
-    kept_of_frame: Numbers
-    kept_of_pixel: Numbers
-    tiles: Whole
+    over_cut_off: tuple[Floats, Floats]
+    kept_of_frame: Floats
+    kept_of_pixel: Floats
+    tiles: Ints
     light_ns: float
     frame_ms: dict[int, float]
     map_ms: float | None
@@ -146,10 +144,10 @@ def study(
 class _Picture:
     """Surfaces in a picture: (n,) pixels, depths in units, (n, 3) world places and normals."""
 
-    pixel: Whole
-    depth: Numbers
-    position: Numbers
-    normal: Numbers
+    pixel: Ints
+    depth: Floats
+    position: Floats
+    normal: Floats
 
     def chosen(self, which: slice) -> "_Picture":
         return _Picture(*(each[which] for each in vars(self).values()))
@@ -172,7 +170,7 @@ def _mean_count(mask: Mask) -> float:
 
 def _window(scene: Scene, camera: Camera, size: tuple[int, int]) -> float | None:
     """Share of the key light's cone, as a square, that its wide tile covers; none without one."""
-    shadowed = lighting.shadowed(lighting.in_order(scene.lights), scene.settings)
+    shadowed = lighting.shadowed(scene.lights, scene.settings)
     if not shadowed:
         return None
     found = fitted(scene, camera, size, shadowed[0], scene.settings)
@@ -181,7 +179,7 @@ def _window(scene: Scene, camera: Camera, size: tuple[int, int]) -> float | None
     return float(areas[1] / areas[0])
 
 
-def _see(rays: Rays, places: Numbers, picture: _Picture, shown: Numbers) -> Mask:
+def _see(rays: Rays, places: Floats, picture: _Picture, shown: Floats) -> Mask:
     """(lamps, places) whether nothing is between them; asked down to the least cut-off of all."""
     lamp, place = np.nonzero(shown >= LEAST_CUT_OFF)
     lift = 4 * CLEARANCE  # the depth is known in float32 only
@@ -202,12 +200,12 @@ def _visible(scene: Scene, camera: Camera, size: tuple[int, int]) -> Mask:
     return np.asarray(drawn[scene.mesh.indices[faces["first_index"]]])
 
 
-def _clip_from_world(scene: Scene, camera: Camera, size: tuple[int, int]) -> Numbers:
+def _clip_from_world(scene: Scene, camera: Camera, size: tuple[int, int]) -> Floats:
     far = camera.far_for(*scene.bounds)
     return camera.clip_from_view(size[0] / size[1], far) @ camera.view_from_world
 
 
-def _in_frustum(scene: Scene, camera: Camera, size: tuple[int, int], places: Numbers) -> Mask:
+def _in_frustum(scene: Scene, camera: Camera, size: tuple[int, int], places: Floats) -> Mask:
     """(lamps,) whose spheres meet the camera's frustum."""
     planes = drawlist.frustum_planes(_clip_from_world(scene, camera, size))
     planes = planes / np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
@@ -216,8 +214,8 @@ def _in_frustum(scene: Scene, camera: Camera, size: tuple[int, int], places: Num
 
 
 def _boxes(
-    scene: Scene, places: Numbers, reached: Mask, ends: Numbers
-) -> dict[str, tuple[Numbers, Numbers]]:
+    scene: Scene, places: Floats, reached: Mask, ends: Floats
+) -> dict[str, tuple[Floats, Floats]]:
     """Boxes of lamps, (lamps, 3) mins and maxs, by what they are fitted to; all hold the lamp."""
     faces, kept = scene.mesh.faces, reached[..., np.newaxis]
     mins = np.where(kept, faces["mins"], np.inf).min(axis=1, initial=np.inf)
@@ -232,7 +230,7 @@ def _boxes(
 
 
 def _bounds(
-    scene: Scene, places: Numbers, boxes: dict[str, tuple[Numbers, Numbers]], ends: Numbers
+    scene: Scene, places: Floats, boxes: dict[str, tuple[Floats, Floats]], ends: Floats
 ) -> dict[str, float]:
     """Median cubic metres."""
     mins, maxs = (bound.astype(np.float64) for bound in scene.bounds)
@@ -256,17 +254,17 @@ def _casters(scene: Scene, reached: dict[str, Mask]) -> dict[str, float]:
     return {way: float(np.median(reached[way] @ triangles)) for way in ways_}
 
 
-def _shares(counts: Whole, most: int) -> Numbers:
+def _shares(counts: Ints, most: int) -> Floats:
     return np.bincount(counts, minlength=most + 1) / len(counts)
 
 
-def _kept(strongest_first: Numbers) -> Numbers:
+def _kept(strongest_first: Floats) -> Floats:
     """(n + 1,) share of the sum that the first 0, 1, ... n values make."""
     sums = np.concatenate([[0.0], np.cumsum(strongest_first)])
     return np.asarray(sums / max(sums[-1], 1e-12))
 
 
-def _tiles(lit_pixels: Numbers) -> Whole:
+def _tiles(lit_pixels: Floats) -> Ints:
     """(n,) powers of two whose squares hold so many pixels; 0 for none."""
     edge = 2.0 ** np.ceil(np.log2(np.sqrt(np.maximum(lit_pixels, 1))))
     return np.where(lit_pixels > 0, edge, 0).astype(np.int64)

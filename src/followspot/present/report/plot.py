@@ -5,20 +5,26 @@ fallbacks that stand out on light and dark ground; all else has the colour of th
 The shape of marks tells series apart as well, for those who do not see the colours.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from followspot.arrays import Floats
 from followspot.present.report import svg
-from followspot.present.report.ticks import Axis, Scale, Values, number
-
-__all__ = ["Axis", "Line", "Mark", "bars", "dots", "heat_map", "lines"]
-
-_LINE = 16.0  # height of a line of text
+from followspot.present.report.plot_frame import (
+    LINE_HEIGHT,
+    Mark,
+    Rows,
+    label_width,
+    legend,
+    mark_labels,
+    mark_lines,
+    x_axis,
+    y_axis,
+)
+from followspot.present.report.ticks import Axis, Scale, number
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,15 +50,6 @@ class Line:
     dashed: bool = False
 
 
-@dataclass(frozen=True)
-class Mark:
-    """A straight line for reference: at a value of y if it goes `across`, else of x."""
-
-    value: float
-    label: str
-    across: bool = True
-
-
 def lines(
     title: str,
     series: Sequence[Line],
@@ -72,25 +69,25 @@ def lines(
         marks: Lines for reference, which the axes hold as well.
         description: What it shows, for those who cannot see it.
     """
-    legend, top = _legend([(s.label, _curve_swatch(k, s)) for k, s in enumerate(series)])
-    top += _LINE + 6
+    labels, top = legend([(s.label, _curve_swatch(k, s)) for k, s in enumerate(series)])
+    top += LINE_HEIGHT + 6
     bottom = top + 210
     up = [_values(v) for s in series for v in (s.y, *(s.band or ()))]
     to_y = Scale(y, np.array([*np.concatenate(up), *_at(marks, across=True)]), bottom, top)
-    left = _label_width(to_y) + 8
+    left = label_width(to_y) + 8
     along = np.concatenate([_values(s.x) for s in series])
     to_x = Scale(x, np.array([*along, *_at(marks, across=False)]), left, svg.RIGHT)
     curves = [part for k, s in enumerate(series) for part in _curve(k, s, to_x, to_y)]
     parts = [
-        *legend,
+        *labels,
         svg.text(0, top - 9, y.label),
-        *_y_axis(to_y, left),
-        *_x_axis(to_x, top, bottom),
-        *_marks(marks, to_x, to_y),
+        *y_axis(to_y, left),
+        *x_axis(to_x, top, bottom),
+        *mark_lines(marks, to_x, to_y),
         svg.clipped(curves, left, top, bottom),
-        *_mark_labels(marks, to_x, to_y),
+        *mark_labels(marks, to_x, to_y),
     ]
-    return svg.document(title, description, bottom + 2 * _LINE + 8, parts)
+    return svg.document(title, description, bottom + 2 * LINE_HEIGHT + 8, parts)
 
 
 def bars(
@@ -123,10 +120,10 @@ def bars(
     ends = table.cumsum(axis=0) if stacked else table
     thick = 14.0 if stacked or len(series) == 1 else 10.0
     swatches = [svg.box(-5, -5, 10, 10, f'fill="{svg.colour(k)}"') for k in range(len(series))]
-    frame = _Rows(rows, list(series), swatches, thick if stacked else thick * len(series))
+    frame = Rows(rows, list(series), swatches, thick if stacked else thick * len(series))
     widest = max(svg.width_of(number(v, 3)) for v in (0.0, *ends.flat))
     to_x = Scale(axis, np.append(ends.ravel(), 0.0), frame.left, svg.WIDTH - widest - 8)
-    parts = [*frame.parts, *_x_axis(to_x, frame.top, frame.bottom)]
+    parts = [*frame.parts, *x_axis(to_x, frame.top, frame.bottom)]
     for k, (part, end) in enumerate(zip(table, ends, strict=True)):
         aside = 0.0 if stacked else (k - (len(series) - 1) / 2) * thick
         for x0, x1, y, value in zip(
@@ -135,7 +132,7 @@ def bars(
             parts.append(svg.box(x0, y - thick / 2, x1 - x0, thick - 1, f'fill="{svg.colour(k)}"'))
             if not stacked or k == len(series) - 1:
                 parts.append(svg.text(x1 + 4, y + 3.5, number(value, 3), size=10))
-    return svg.document(title, description, frame.bottom + 2 * _LINE + 8, parts)
+    return svg.document(title, description, frame.bottom + 2 * LINE_HEIGHT + 8, parts)
 
 
 def dots(
@@ -159,18 +156,18 @@ def dots(
     """
     values = [_values(v) for v in series.values()]
     swatches = [svg.symbol(k, 0, 0) for k in range(len(series))]
-    frame = _Rows(rows, list(series), swatches, 12.0, above=15.0 * len(marks))
+    frame = Rows(rows, list(series), swatches, 12.0, above=15.0 * len(marks))
     marks = [Mark(m.value, m.label, across=False) for m in marks]
     everything = np.array([*np.concatenate(values), *_at(marks, across=False)])
     to_x = Scale(axis, everything, frame.left + 6, svg.RIGHT)
     to_y = Scale(Axis("", limits=(0, 1)), everything, frame.bottom, frame.top - 15 * len(marks))
-    parts = [*frame.parts, *_x_axis(to_x, frame.top, frame.bottom)]
+    parts = [*frame.parts, *x_axis(to_x, frame.top, frame.bottom)]
     parts += [svg.rule(frame.left, y, svg.RIGHT, y) for y in frame.middles]
-    parts += _marks(marks, to_x, to_y)
+    parts += mark_lines(marks, to_x, to_y)
     for k, each in enumerate(values):
         parts += svg.symbols(k, to_x(each), frame.middles)
-    parts += _mark_labels(marks, to_x, to_y)
-    return svg.document(title, description, frame.bottom + 2 * _LINE + 8, parts)
+    parts += mark_labels(marks, to_x, to_y)
+    return svg.document(title, description, frame.bottom + 2 * LINE_HEIGHT + 8, parts)
 
 
 def heat_map(
@@ -188,152 +185,32 @@ def heat_map(
         description: What it shows, for those who cannot see it.
     """
     table = np.asarray(values, np.float64)
-    top = _LINE + 6
-    left = _label_width(Scale(y, table, 0, 1)) + 8
+    top = LINE_HEIGHT + 6
+    left = label_width(Scale(y, table, 0, 1)) + 8
     width = svg.RIGHT - left
     bottom = top + min(max(width * table.shape[0] / table.shape[1], 120), 400)
-    below = bottom + 3 * _LINE + 20
+    below = bottom + 3 * LINE_HEIGHT + 20
     to_x, to_y = Scale(x, table, left, svg.RIGHT), Scale(y, table, bottom, top)
     to_value = Scale(value, table.ravel(), left, svg.RIGHT)
     ramp = np.linspace(to_value.low, to_value.high, 256)[np.newaxis]
     parts = [
         svg.text(0, top - 9, y.label),
         svg.picture(table, to_value, left, top, width, bottom - top),
-        *_y_axis(to_y, left, grid=False),
-        *_x_axis(to_x, top, bottom, grid=False),
+        *y_axis(to_y, left, grid=False),
+        *x_axis(to_x, top, bottom, grid=False),
         svg.text(left, below - 6, value.label),
         svg.picture(ramp, to_value, left, below, width, 12),
-        *_x_axis(to_value, below, below + 12, grid=False, label=False),
+        *x_axis(to_value, below, below + 12, grid=False, label=False),
     ]
-    return svg.document(title, description, below + 12 + _LINE + 6, parts)
+    return svg.document(title, description, below + 12 + LINE_HEIGHT + 6, parts)
 
 
-class _Rows:
-    """Names from top to bottom with a legend above.
-
-    Attributes:
-        parts: Legend and names.
-        left: Where values begin.
-        top: Of the first row.
-        bottom: Of the last row.
-        middles: (rows,) heights of the rows.
-    """
-
-    def __init__(
-        self,
-        rows: Sequence[str],
-        names: Sequence[str],
-        swatches: Sequence[str],
-        height: float,
-        above: float = 0.0,
-    ) -> None:
-        entries = list(zip(names, swatches, strict=True))
-        self.parts, self.top = _legend(entries if len(names) > 1 else [])
-        self.top += above
-        widest = max((svg.width_of(row) for row in rows), default=0.0)
-        self.left = min(widest + 12, svg.WIDTH * 0.45)
-        step = height + 8
-        self.middles: Values = self.top + step * (np.arange(len(rows), dtype=np.float64) + 0.5)
-        self.bottom = self.top + step * len(rows)
-        for row, y in zip(rows, self.middles, strict=True):
-            self.parts.append(
-                svg.text(self.left - 8, y + 4, svg.cut(row, self.left - 8), anchor="end")
-            )
-
-
-def _values(values: ArrayLike) -> Values:
+def _values(values: ArrayLike) -> Floats:
     return np.asarray(values, np.float64).ravel()
 
 
 def _at(marks: Sequence[Mark], *, across: bool) -> list[float]:
     return [mark.value for mark in marks if mark.across == across]
-
-
-def _label_width(scale: Scale) -> float:
-    return max((svg.width_of(number(tick)) for tick in scale.ticks(6)), default=0.0)
-
-
-def _legend(entries: Sequence[tuple[str, str]]) -> tuple[list[str], float]:
-    """Labels with their swatches (drawn round 0, 0), and where what is below may begin."""
-    parts: list[str] = []
-    x, y = 0.0, 10.0
-    for label, swatch in entries:
-        width = 30 + svg.width_of(label) + 14
-        if x > 0 and x + width > svg.WIDTH:
-            x, y = 0.0, y + _LINE + 2
-        parts.append(f'<g transform="translate({x + 13:.1f} {y:.1f})">{swatch}</g>')
-        parts.append(svg.text(x + 30, y + 4, label))
-        x += width
-    return parts, y + _LINE if entries else 4.0
-
-
-def _y_axis(scale: Scale, left: float, *, grid: bool = True) -> list[str]:
-    parts = []
-    for tick in scale.ticks(6):
-        y = scale.at(tick)
-        if grid:
-            parts.append(svg.rule(left, y, svg.RIGHT, y))
-        parts.append(svg.text(left - 6, y + 4, number(tick), anchor="end"))
-    return parts
-
-
-def _x_axis(
-    scale: Scale, top: float, bottom: float, *, grid: bool = True, label: bool = True
-) -> list[str]:
-    """Numbers below the plot, as many as have room, and the axis' label below them."""
-    count = 8
-    ticks = scale.ticks(count)
-    while count > 2 and not _have_room(scale, ticks):
-        count -= 1
-        ticks = scale.ticks(count)
-    parts = [svg.rule(scale.start, bottom, scale.end, bottom, 'opacity="0.6"')] if grid else []
-    for tick in ticks:
-        x = scale.at(tick)
-        parts.append(svg.rule(x, top if grid else bottom, x, bottom + (0 if grid else 4)))
-        half = svg.width_of(number(tick)) / 2
-        parts.append(svg.text(min(x, svg.WIDTH - half), bottom + 15, number(tick), anchor="middle"))
-    if label:
-        parts.append(svg.text(scale.end, bottom + 15 + _LINE, scale.axis.label, anchor="end"))
-    return parts
-
-
-def _have_room(scale: Scale, ticks: Sequence[float]) -> bool:
-    places = scale(np.array(ticks))
-    needed = [
-        (svg.width_of(number(a)) + svg.width_of(number(b))) / 2 + 8 for a, b in pairwise(ticks)
-    ]
-    return bool((np.diff(places) >= needed).all())
-
-
-def _marks(marks: Sequence[Mark], to_x: Scale, to_y: Scale) -> list[str]:
-    style = 'stroke-dasharray="2 3" opacity="0.8"'
-    parts = []
-    for mark in marks:
-        if mark.across:
-            y = to_y.at(mark.value)
-            parts.append(svg.rule(to_x.start, y, to_x.end, y, style))
-        else:
-            x = to_x.at(mark.value)
-            parts.append(svg.rule(x, to_y.start, x, to_y.end, style))
-    return parts
-
-
-def _mark_labels(marks: Sequence[Mark], to_x: Scale, to_y: Scale) -> list[str]:
-    """Their names: at the right end of level lines, beside the upper end of upright ones."""
-    level = sorted((m for m in marks if m.across), key=lambda m: to_y.at(m.value))
-    upright = [m for m in marks if not m.across]
-    parts = []
-    y = -math.inf
-    for mark in level:
-        y = max(to_y.at(mark.value) - 4, y + 14, to_y.end + 12)
-        parts.append(svg.text(to_x.end - 2, y, mark.label, anchor="end"))
-    for k, mark in enumerate(upright):
-        x, y = to_x.at(mark.value), to_y.end + 12 + 15 * k
-        fits = x + 6 + svg.width_of(mark.label) <= svg.WIDTH
-        parts.append(
-            svg.text(x + (4 if fits else -4), y, mark.label, anchor="start" if fits else "end")
-        )
-    return parts
 
 
 def _curve(k: int, series: Line, to_x: Scale, to_y: Scale) -> list[str]:

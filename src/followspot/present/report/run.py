@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from followspot.errors import FollowspotError
-from followspot.present import arguments, film
+from followspot.present import arguments, film_plan
 from followspot.present.console import open_console, working
-from followspot.present.film import FilmWish
+from followspot.present.film_plan import FilmWish
 from followspot.present.renderer import Renderer
 from followspot.present.report.making import making
 from followspot.present.report.material import Material
@@ -63,7 +63,7 @@ def run(
     check(folder)
     size = arguments.parse_size(wish.size)
     if film_wish is not None:
-        film.check(size, film_wish)
+        film_plan.check(size, film_wish)
     console = open_console(on_stderr=True)
     with working(console, f"opening {name}"):
         scene, camera = open_scene(name, wish)

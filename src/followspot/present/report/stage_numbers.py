@@ -2,13 +2,10 @@
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Mask
 from followspot.passes.view import View
 from followspot.present.report.material import Material
-
-Numbers = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _ROUNDING = 5e-7
 """Relative difference up to which two float32 results are the same value worked out in two ways."""
@@ -67,28 +64,28 @@ def measure(material: Material) -> StageNumbers:
     )
 
 
-def _draw(material: Material, views: tuple[View, ...], *, shadows: bool) -> dict[str, Numbers]:
+def _draw(material: Material, views: tuple[View, ...], *, shadows: bool) -> dict[str, Floats]:
     scene = material.scene
     settings = msgspec.structs.replace(scene.settings, shadows=shadows and scene.settings.shadows)
     drawn = material.renderer.render(scene, material.camera, views, settings=settings, linear=True)
     return {view: values.astype(np.float64) for view, values in drawn.items()}
 
 
-def _difference(values: Numbers, expected: Numbers) -> Numbers:
+def _difference(values: Floats, expected: Floats) -> Floats:
     """|values - expected| over the brightest channel of what is expected."""
     brightest = expected.max(axis=-1, keepdims=True)
-    difference: Numbers = np.abs(values - expected) / np.maximum(brightest, 1e-12)
+    difference: Floats = np.abs(values - expected) / np.maximum(brightest, 1e-12)
     return difference
 
 
-def _largest(values: Numbers) -> float:
+def _largest(values: Floats) -> float:
     return float(values.max(initial=0.0))
 
 
-def _mean(values: Numbers | Mask) -> float:
+def _mean(values: Floats | Mask) -> float:
     return float(values.mean()) if values.size else 0.0
 
 
-def _ratio(part: Numbers, whole: Numbers) -> float:
+def _ratio(part: Floats, whole: Floats) -> float:
     """Of the sums; 1 where there is nothing at all."""
     return float(part.sum() / whole.sum()) if whole.sum() > 0 else 1.0

@@ -4,6 +4,7 @@ from functools import partial
 
 import msgspec
 
+from followspot.passes import lighting
 from followspot.present import figures
 from followspot.present.renderer import Renderer
 from followspot.present.report.material import Material
@@ -33,7 +34,7 @@ def title(material: Material) -> Section:
 
 def stages(material: Material) -> Section:
     """Every stage from normals to shadows, the debugging view and the shadow map."""
-    has_map = material.renderer.has_shadow_map(material.scene, material.scene.settings)
+    has_map = bool(lighting.shadowed(material.scene.lights, material.scene.settings))
     names = [name for name in _STAGES if has_map or name != "shadow-map"]
     drawn: dict[str, Pixels] = {}
     with _fine_renderer(material) as renderer:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from followspot.present import arguments
-from followspot.present.film import FilmWish
+from followspot.present.film_plan import FilmWish
 from followspot.present.report import (
     bias_answer,
     environment_answer,

@@ -12,7 +12,8 @@ from html import escape
 import numpy as np
 from PIL import Image as PillowImage
 
-from followspot.present.report.ticks import Scale, Values
+from followspot.arrays import Floats
+from followspot.present.report.ticks import Scale
 
 WIDTH = 400.0
 """Of every plot."""
@@ -78,7 +79,7 @@ def box(x: float, y: float, width: float, height: float, style: str) -> str:
     return f"<rect {place} {style}/>"
 
 
-def picture(table: Values, scale: Scale, x: float, y: float, width: float, height: float) -> str:
+def picture(table: Floats, scale: Scale, x: float, y: float, width: float, height: float) -> str:
     """A table (h, w) in colours, as a picture inside the SVG."""
     low, high = scale.low, scale.high
     stops = _TWO_SIDED if low < 0 < high else _VIRIDIS
@@ -108,7 +109,7 @@ def clipped(parts: Sequence[str], left: float, top: float, bottom: float) -> str
     return f'<svg {place} viewBox="{view}" overflow="hidden">{"".join(parts)}</svg>'
 
 
-def path(x: Values, y: Values) -> str:
+def path(x: Floats, y: Floats) -> str:
     """Joined points; where one is not finite the line is broken."""
     words = []
     down = False
@@ -126,7 +127,7 @@ def stroke(k: int, *, dashed: bool) -> str:
     return f'fill="none" stroke="{colour(k)}" stroke-width="2" stroke-linejoin="round"{dashes}'
 
 
-def symbols(k: int, x: Values, y: Values) -> list[str]:
+def symbols(k: int, x: Floats, y: Floats) -> list[str]:
     """A mark of series `k` at every point that is finite."""
     known = np.isfinite(x) & np.isfinite(y)
     return [symbol(k, *place) for place in zip(x[known].tolist(), y[known].tolist(), strict=True)]

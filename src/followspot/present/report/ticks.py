@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Values = NDArray[np.float64]
+from followspot.arrays import Floats
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -39,12 +38,12 @@ class Scale:
         end: Position of the upper limit; smaller than `start` if the axis runs upwards.
     """
 
-    def __init__(self, axis: Axis, data: Values, start: float, end: float) -> None:
+    def __init__(self, axis: Axis, data: Floats, start: float, end: float) -> None:
         self.axis = axis
         self.low, self.high = axis.limits or _limits(data, log=axis.log)
         self.start, self.end = start, end
 
-    def __call__(self, values: Values) -> Values:
+    def __call__(self, values: Floats) -> Floats:
         """Positions; NaN where a logarithm does not exist."""
         values = np.asarray(values, np.float64)
         low, high = self.low, self.high
@@ -108,7 +107,7 @@ def count(value: int) -> str:
     return f"{value:,}".replace(",", "\u202f")
 
 
-def _limits(data: Values, *, log: bool) -> tuple[float, float]:
+def _limits(data: Floats, *, log: bool) -> tuple[float, float]:
     """Limits a little outside of the data, at round values."""
     data = data[np.isfinite(data) & ((data > 0) | (not log))]
     if not len(data):

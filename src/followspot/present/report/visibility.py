@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from followspot.arrays import Floats, Mask
 from followspot.assets.shader_values import Sides
 from followspot.passes import shadow_fit
 from followspot.passes.shadow_fit import Boxes, ShadowFrustum
 from followspot.passes.shadow_tiles import near_reach, tile_size
 from followspot.passes.visible import VisibleFaces
-from followspot.present.cut_outs import CutOuts, Mask, Numbers
+from followspot.present.cut_outs import CutOuts
 from followspot.scene.camera import Camera
 from followspot.scene.light import SpotLight
 from followspot.scene.scene import Scene
@@ -42,10 +43,10 @@ class Places:
     """
 
     pixel: np.ndarray
-    position: Numbers
-    normal: Numbers
-    face_normal: Numbers
-    depth: Numbers
+    position: Floats
+    normal: Floats
+    face_normal: Floats
+    depth: Floats
     cut_out: Mask
     two_sided: Mask
 
@@ -83,7 +84,7 @@ class Rays:
         self._cut_outs = CutOuts(scene)
         self._tree = TriangleTree(mesh, casts)
 
-    def crossings(self, start: Numbers, end: Numbers) -> Iterator[Hits]:
+    def crossings(self, start: Floats, end: Floats) -> Iterator[Hits]:
         """Where lines (n, 3) to (n, 3) cross casters that are there; see `TriangleTree`."""
         for hits in self._tree.crossings(start, end):
             cut_out = np.flatnonzero(self.is_cut_out[hits.triangle])
@@ -91,14 +92,14 @@ class Rays:
             kept[cut_out] = self._cut_outs.are_there(hits.triangle[cut_out], hits.weights[cut_out])
             yield hits if kept.all() else hits.chosen(kept)
 
-    def are_blocked(self, start: Numbers, end: Numbers) -> Mask:
+    def are_blocked(self, start: Floats, end: Floats) -> Mask:
         """(n,) whether anything is between (n, 3) and (n, 3)."""
         blocked = np.zeros(len(start), bool)
         for hits in self.crossings(start, end):
             blocked[hits.line] = True
         return blocked
 
-    def reach(self, points: Numbers, normals: Numbers, light: Numbers) -> Mask:
+    def reach(self, points: Floats, normals: Floats, light: Floats) -> Mask:
         """(n,) whether points (n, 3) on faces of some unit normals (n, 3) see a point (3,)."""
         facing = np.copysign(1.0, ((light - points) * normals).sum(axis=1, keepdims=True))
         start = points + normals * facing * CLEARANCE
@@ -161,7 +162,7 @@ class Fitted:
     near: ShadowFrustum | None
     reach: float
 
-    def texels(self, places: Numbers) -> Numbers:
+    def texels(self, places: Floats) -> Floats:
         """(n,) edges, longer ones, of a texel at distance 1, in the tiles for (n, 3) places."""
         texels = np.full(len(places), self.wide.texel)
         if self.near is not None:
@@ -192,7 +193,7 @@ def fitted(
     return Fitted(cone, wide, near, near_reach(settings))
 
 
-def ways(camera: Camera, size: tuple[int, int]) -> Numbers:
+def ways(camera: Camera, size: tuple[int, int]) -> Floats:
     """(pixels, 3) world directions through their middles, 1 long along the view axis."""
     width, height = size
     half = np.tan(np.radians([camera.fov, vertical_fov(camera.fov, width / height)]) / 2)
@@ -204,6 +205,6 @@ def ways(camera: Camera, size: tuple[int, int]) -> Numbers:
     return np.asarray(view @ camera.view_from_world[:3, :3])
 
 
-def _unit(vectors: Numbers) -> Numbers:
+def _unit(vectors: Floats) -> Floats:
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.maximum(length, 1e-12))

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import moderngl
-import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.passes.thumbnails import Thumbnail
 from followspot.present.pixel import PixelReport
 from followspot.scene.material import Material
@@ -55,7 +54,7 @@ class Texel:
     is_near: bool
     depth: float
     distance: float
-    position: NDArray[np.float64]
+    position: Floats
 
 
 @dataclass(frozen=True, eq=False)

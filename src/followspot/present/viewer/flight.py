@@ -11,11 +11,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from followspot import spaces
+from followspot.game import RUN_SPEED
 from followspot.scene.camera import Camera
 from followspot.spaces import Vec3
 
-SPEED = 320.0
-"""Units a second at first: the game's running speed."""
 SLOWEST, FASTEST = 10.0, 10_000.0
 NOTCH = 1.2
 """What a notch of the wheel multiplies the speed by."""
@@ -67,7 +66,7 @@ class Flight:
     camera: Camera
     velocity: Vec3 = field(default_factory=lambda: spaces.vec3((0, 0, 0)))
     turning_to: tuple[float, float] = (0.0, 0.0)
-    speed: float = SPEED
+    speed: float = RUN_SPEED
 
     def at(self, camera: Camera) -> "Flight":
         """The flight gone on elsewhere, from rest."""

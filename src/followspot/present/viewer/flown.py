@@ -1,13 +1,11 @@
 """A flight as a path: of all its moments, the few through which a path's curve follows it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.scene.camera import Camera
 from followspot.scene.path import CameraPath, Key
 from followspot.spaces import vec3
-
-Array = NDArray[np.float64]
 
 UNITS, DEGREES = 1.0, 0.5
 """How far the path may be from the flight, in place and in each angle."""
@@ -41,7 +39,7 @@ class Flown:
         return thinned(np.array(self._moments)) if len(self._moments) > 1 else None
 
 
-def thinned(moments: Array) -> CameraPath:
+def thinned(moments: Floats) -> CameraPath:
     """A path of few keys that is at every moment where a flight was.
 
     Keys are put where the path is farthest off, one a gap, until it is nowhere farther off than
@@ -73,7 +71,7 @@ def _key(moment: list[float]) -> Key:
     return Key(time, vec3((x, y, z)), yaw, pitch, fov)
 
 
-def _distance(path: CameraPath, moments: Array) -> Array:
+def _distance(path: CameraPath, moments: Floats) -> Floats:
     """(n,) how far the path is off at each moment, as a share of what is allowed."""
     times = moments[:, 0]
     units = np.linalg.norm(path.positions(times) - moments[:, 1:4], axis=1)

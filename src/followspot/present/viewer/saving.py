@@ -16,10 +16,10 @@ from followspot.present.viewer.copying import as_toml
 from followspot.present.viewer.state import State
 from followspot.scene import figure_file, scene_file
 from followspot.scene.camera import Camera
-from followspot.scene.load import BUILTIN, builtin_scenes
 from followspot.scene.path import CameraPath
 from followspot.scene.scene import spawn_cameras
 from followspot.scene.scene_file import SceneFile
+from followspot.scene.search import BUILTIN, builtin_scenes
 
 # ruff: noqa: PTH113 - isfile of os.path, unlike pathlib's, never raises.
 

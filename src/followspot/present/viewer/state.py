@@ -8,7 +8,6 @@ from typing import Self
 
 import msgspec
 
-from followspot.passes import lighting
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
@@ -303,11 +302,9 @@ class State:
 
     def frame(self, look: Look) -> FrameInput:
         """What the pipeline is to draw for one look."""
-        scene = self.lit
         return FrameInput(
-            scene=scene,
+            scene=self.lit,
             camera=self.camera,
-            lights=lighting.in_order(scene.lights),
             settings=look.settings(self.settings),
             exposure=self.exposure,
             view=look.view,

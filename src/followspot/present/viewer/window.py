@@ -27,7 +27,7 @@ from followspot.present.viewer.recording import Recorder
 from followspot.present.viewer.reloading import Reloader
 from followspot.present.viewer.state import Lamp, Mouse, Seen, State
 from followspot.present.viewer.walking import Walking
-from followspot.scene.load import builtin_scenes
+from followspot.scene.search import builtin_scenes
 
 
 def run(name: str, wish: Wish) -> None:

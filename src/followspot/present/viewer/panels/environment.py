@@ -5,7 +5,6 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from followspot.assets.image import linear_to_srgb
-from followspot.passes import lighting
 from followspot.passes.sky_preview import FACES
 from followspot.present.viewer.state import Seen, State
 
@@ -79,7 +78,7 @@ def _directions(state: State) -> None:
     """The six radiances that a surface's environment is mixed from; the brightest is 1 to see."""
     imgui.text("From six directions, W/(m² sr)")
     scene = state.lit
-    towards = lighting.towards_axes(scene.sky, state.settings.environment_mip)
+    towards = scene.sky.towards_axes(state.settings.environment_mip)
     radiances = towards * scene.environment_constant + scene.ambient
     no_tooltip, line = imgui.ColorEditFlags_.no_tooltip, imgui.get_text_line_height()
     for face, radiance in zip(FACES, radiances, strict=True):

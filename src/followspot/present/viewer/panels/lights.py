@@ -10,8 +10,9 @@ from followspot import spaces
 from followspot.assets.image import linear_to_srgb, srgb_to_linear
 from followspot.present.viewer import lamps
 from followspot.present.viewer.state import Seen, State, Tool
+from followspot.scene.entry import FARTHEST
 from followspot.scene.light import Light, PointLight, SpotLight
-from followspot.scene.scene_file import FARTHEST, MAX_POWER
+from followspot.scene.light_file import MAX_POWER
 
 _CLAMPED = imgui.SliderFlags_.always_clamp
 _WEAKEST = 1e-3

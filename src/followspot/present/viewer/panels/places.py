@@ -8,7 +8,7 @@ from followspot import spaces
 from followspot.present.viewer import copying
 from followspot.present.viewer.flight import STEEPEST
 from followspot.present.viewer.state import Seen, State
-from followspot.scene.scene_file import FARTHEST
+from followspot.scene.entry import FARTHEST
 
 _CLAMPED = imgui.SliderFlags_.always_clamp
 

@@ -51,7 +51,7 @@ def show(state: State, seen: Seen) -> State:
 
 def _shadowed(state: State) -> tuple[SpotLight, ...]:
     """The lights with a map in the picture, or in a half of it."""
-    lights = lighting.in_order(state.lit.lights)
+    lights = state.lit.lights
     each = (lighting.shadowed(lights, look.settings(state.settings)) for look in state.looks)
     return max(each, key=len)
 

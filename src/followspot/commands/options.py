@@ -9,7 +9,7 @@ import typer
 def folder(text: str) -> Path:
     """A folder's name, which an empty text is not."""
     if not text:
-        raise typer.BadParameter("expected a folder's name, found ''")
+        raise typer.BadParameter("expected a folder's name")
     return Path(text)
 
 

@@ -1,0 +1,291 @@
+"""Commands that draw: pictures, films, a page of both, a window."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from followspot.commands.options import (
+    AlbedoOption,
+    AnimationOption,
+    AssetsOption,
+    CameraOption,
+    FovOption,
+    ItemsOption,
+    JobsOption,
+    LightOption,
+    MaxBytesOption,
+    NoShadowsOption,
+    NoSkyLightOption,
+    PathOption,
+    SceneArgument,
+    SecondsOption,
+    SetOption,
+    SizeOption,
+    TimeOption,
+    folder,
+)
+
+
+def render(
+    scene: SceneArgument,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help=".png or .jpg: as displayed. .exr or .npy: float32 radiance in W/(m2 sr), or the "
+            "view's own values (depth in Quake units).",
+        ),
+    ],
+    view: Annotated[
+        str,
+        typer.Option(
+            "--view",
+            help="final, normals, lambertian, shading, direct, environment, shadow, depth or "
+            "shadow-map.",
+        ),
+    ] = "final",
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: SizeOption = "640x480",
+    light: LightOption = None,
+    albedo: AlbedoOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+    no_shadows: NoShadowsOption = False,
+    no_sky_light: NoSkyLightOption = False,
+    animation: AnimationOption = None,
+    time: TimeOption = 0.0,
+    items: ItemsOption = False,
+    overlay: Annotated[
+        str | None,
+        typer.Option(
+            "--overlay",
+            metavar="NAME,...",
+            help="To debug by, over the picture: boxes (of objects, red), scene (its bounds, "
+            "yellow), light-frustum (what shadow maps cover, blue), camera-frustum (of "
+            "--culled-from, white).",
+        ),
+    ] = None,
+    culled_from: Annotated[
+        str | None,
+        typer.Option(
+            "--culled-from",
+            metavar="NAME|x,y,z,yaw,pitch",
+            help="Another camera, which decides what is drawn and what shadow maps cover.",
+        ),
+    ] = None,
+) -> None:
+    """Draw one picture of a scene, a level, or a model or player alone on a plain floor.
+
+    \b
+    followspot render courtyard -o yard.png
+    followspot render oa_dm5 --view normals -o normals.png
+    followspot render oa_dm5 --camera 1096,-432,246,225,5 --fov 90 -o spawn.exr
+    followspot render player:sarge --animation run --time 0.4 -o sarge.png
+    """  # noqa: D301
+    from followspot.present import still
+
+    still.render(
+        scene,
+        output,
+        still.Wish(
+            view=view,
+            camera=camera,
+            fov=fov,
+            size=size,
+            lights=light or (),
+            albedo=albedo,
+            assets=assets or (),
+            settings=set_ or (),
+            shadows=not no_shadows,
+            sky_light=not no_sky_light,
+            animation=animation,
+            time=time,
+            items=items,
+            overlays=overlay,
+            culled_from=culled_from,
+        ),
+    )
+
+
+def figures(
+    scene: SceneArgument,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", help="Gets the pngs.", parser=folder)
+    ],
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: SizeOption = "640x480",
+    light: LightOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+) -> None:
+    """Draw the classic sequence from normals to shadows, with a contact sheet.
+
+    \b
+    followspot figures courtyard -o out/figures
+    """  # noqa: D301
+    from followspot.present import tell
+    from followspot.present.still import Wish
+
+    wish = Wish(
+        camera=camera,
+        fov=fov,
+        size=size,
+        lights=light or (),
+        assets=assets or (),
+        settings=set_ or (),
+    )
+    tell.figures(scene, output, wish)
+
+
+def film(
+    scene: SceneArgument,
+    output: Annotated[
+        str,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE|DIR/",
+            help=".mp4 (H.264), .webm (VP9), or a folder for one png a frame.",
+        ),
+    ],
+    path: PathOption = None,
+    size: SizeOption = "640x480",
+    fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 30,
+    seconds: SecondsOption = None,
+    max_bytes: MaxBytesOption = None,
+    view: Annotated[
+        str, typer.Option("--view", help="What it shows, as for render, but for shadow-map.")
+    ] = "final",
+    samples: Annotated[
+        int,
+        typer.Option("--samples", min=1, help="Moments averaged a frame: motion blur."),
+    ] = 1,
+    supersample: Annotated[
+        int,
+        typer.Option(
+            "--supersample", min=1, max=16, help="Pixels drawn along an edge of each of the film's."
+        ),
+    ] = 1,
+    jobs: JobsOption = 1,
+    light: LightOption = None,
+    albedo: AlbedoOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+    no_shadows: NoShadowsOption = False,
+    no_sky_light: NoSkyLightOption = False,
+    items: ItemsOption = False,
+) -> None:
+    """Film a flight through a scene or level; the same frames whatever the machine's speed.
+
+    Interrupted (Ctrl-C, kill), it leaves a film of the frames done so far.
+
+    \b
+    followspot film courtyard -o yard.mp4
+    followspot film oa_dm5 -o fly.mp4 --seconds 20 --max-bytes 2000000 --jobs 2
+    """  # noqa: D301
+    from followspot.present import film as film_
+    from followspot.present.film_plan import FilmWish
+    from followspot.present.still import Wish
+
+    wish = Wish(
+        view=view,
+        size=size,
+        lights=light or (),
+        albedo=albedo,
+        assets=assets or (),
+        settings=set_ or (),
+        shadows=not no_shadows,
+        sky_light=not no_sky_light,
+        items=items,
+    )
+    film_wish = FilmWish(path, seconds, fps, samples, supersample, max_bytes, jobs)
+    raise typer.Exit(film_.run(scene, output, wish, film_wish))
+
+
+def report(
+    scene: SceneArgument,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="DIR", help="Gets index.html and all it shows."),
+    ],
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: Annotated[
+        str,
+        typer.Option(
+            "--size", metavar="WxH", help="Pixels of the film; pictures have twice as many a side."
+        ),
+    ] = "960x540",
+    film: Annotated[bool, typer.Option("--film/--no-film", help="Whether there is a film.")] = True,
+    path: PathOption = None,
+    seconds: SecondsOption = None,
+    max_bytes: MaxBytesOption = None,
+    jobs: JobsOption = 1,
+    light: LightOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+) -> None:
+    """Make a page that shows and explains how a scene is drawn: pictures, film, measurements.
+
+    The folder needs no server and no network. A step that fails is named in the page, and the exit
+    code is 1.
+
+    \b
+    followspot report courtyard -o out/report
+    followspot report oa_dm5 --no-film -o out/report
+    """  # noqa: D301
+    from followspot.present.film_plan import FilmWish
+    from followspot.present.report import run as report_
+    from followspot.present.still import Wish
+
+    wish = Wish(
+        camera=camera,
+        fov=fov,
+        size=size,
+        lights=light or (),
+        assets=assets or (),
+        settings=set_ or (),
+    )
+    film_wish = FilmWish(path, seconds, max_bytes=max_bytes, jobs=jobs) if film else None
+    raise typer.Exit(report_.run(scene, output, wish, film_wish))
+
+
+def view(
+    scene: SceneArgument,
+    camera: CameraOption = None,
+    fov: FovOption = None,
+    size: SizeOption = "1280x800",
+    light: LightOption = None,
+    assets: AssetsOption = None,
+    set_: SetOption = None,
+    animation: AnimationOption = None,
+    time: TimeOption = 0.0,
+    items: ItemsOption = False,
+) -> None:
+    """Open a window: fly through a scene, move its lights, see into every stage.
+
+    W A S D and the right mouse button fly; the panel Keys lists the rest. Tab hides the panels.
+
+    \b
+    followspot view courtyard
+    """  # noqa: D301
+    from followspot.present import still
+    from followspot.present.viewer import window
+
+    wish = still.Wish(
+        camera=camera,
+        fov=fov,
+        size=size,
+        lights=light or (),
+        assets=assets or (),
+        settings=set_ or (),
+        animation=animation,
+        time=time,
+        items=items,
+    )
+    window.run(scene, wish)
