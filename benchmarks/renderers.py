@@ -6,8 +6,9 @@ there) with one spot light whose shadow map of the same size is drawn in every f
 pyrender shade with their own plainest lit material; Panda3D is given followspot's own shaders.
 All draw on Mesa's software rasteriser: pygfx through Vulkan, the others through OpenGL.
 
-followspot takes part twice: as it is, and without leaving out what the camera cannot see. It draws
-its sky and its blended surfaces besides.
+followspot takes part three times: with its map redrawn in every frame as the others do it, with its
+map kept, as it does while nothing moves, and redrawn without leaving out what the camera cannot
+see. It draws its sky and its blended surfaces besides.
 """
 
 import json
@@ -154,10 +155,12 @@ def compare(view: View, names: list[str], frames: int, rounds: int) -> Compariso
     """All renderers at one view, in turn."""
     folder = common.OUT / "renderers"
     export(view, folder)
-    taken: dict[str, list[float]] = {"followspot": [], "followspot, culling off": []}
+    taken: dict[str, list[float]] = {"followspot": []}
+    taken |= {"followspot, map kept": [], "followspot, culling off": []}
     taken |= {name: [] for name in names}
     for turn in range(rounds):
         taken["followspot"].append(ours.run(view, frames, redraw=True).median_ms)
+        taken["followspot, map kept"].append(ours.run(view, frames, redraw=False).median_ms)
         all_faces = ["--redraw-shadows", "--set", "culling=false"]
         taken["followspot, culling off"].append(ours.bench(view, frames, *all_faces)[0].median_ms)
         for name in names:

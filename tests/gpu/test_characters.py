@@ -338,8 +338,7 @@ def test_a_frame_of_characters_creates_nothing_and_sends_no_vertices(
             renderer.draw(frame_input(scene, view, time))
             pipeline = renderer.pipeline
             casting = sum(
-                len(pipeline._characters.covering(k).numbers)
-                for k in range(len(pipeline.shadow.tiles))
+                len(pipeline._characters.covering(k)) for k in range(len(pipeline.shadow.tiles))
             )
             assert 0 < sum(sent) <= (192 + 32) * casting + 192 * len(scene.crowd) + 2048
     monkeypatch.undo()

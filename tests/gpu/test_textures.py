@@ -1,6 +1,7 @@
 """What textures hold: linear light, as exactly as their formats can, and averaged as such."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from conftest import Draw
 from followspot.assets.shader_values import BlendFactor
 from followspot.gpu import textures
+from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.material import Material
-from synthetic import floor, image_archive, make_scene, of, srgb_decoded
+from synthetic import camera, floor, image_archive, make_scene, of, srgb_decoded
 
 pytestmark = pytest.mark.gl
 
@@ -114,3 +117,23 @@ def test_only_an_image_with_alpha_is_uploaded_for_it(
     assert (solid.components, blended.components) == (3, 4)
     assert wall is pane
     assert wall.components == 3
+
+
+def test_a_layer_is_mixed_into_linear_light_by_the_vertices_alpha(
+    draw: Draw, tmp_path: Path
+) -> None:
+    grounds = {"sand.png": (200, 180, 90), "rock.png": (40, 60, 90)}
+    images = {name: np.full((4, 4, 4), (*c, 255), np.uint8) for name, c in grounds.items()}
+    archive = image_archive(tmp_path, images)
+    sand, rock = (srgb_decoded(np.array(color) / 255) for color in grounds.values())
+    ground = make_scene(
+        of(Material("ground", "sand.png", layer="rock.png"), floor()), archive=archive
+    )
+    tints = np.ones((4, 4), np.float32)
+    for alpha in (0.0, 0.25, 1.0):
+        tints[:, 3] = alpha
+        mesh = replace(ground.mesh, tints=tints.copy())
+        scene = replace(ground, level=replace(ground.level, mesh=mesh))
+        picture = draw(scene, camera((0, 0, 60), pitch=60), View.LAMBERTIAN)
+        expected = np.broadcast_to(sand + (rock - sand) * alpha, picture.shape)
+        np.testing.assert_allclose(picture, expected, atol=2e-3)

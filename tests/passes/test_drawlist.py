@@ -256,7 +256,7 @@ def test_lists_draw_every_chosen_triangle_once_with_its_material(data: st.DataOb
     for faces in (
         all_casters(mesh, chosen, every),
         drawlist.front_to_back(mesh, chosen, eye, none_last),
-        drawlist.back_to_front(mesh, chosen, eye),
+        drawlist.back_to_front(mesh, chosen, eye, none_last),
     ):
         np.testing.assert_array_equal(drawn(faces), triangles(mesh, chosen))
         assert faces.triangle_count == mesh.faces["index_count"][chosen].sum() // 3
@@ -271,10 +271,33 @@ def test_back_to_front() -> None:
     mesh, materials = some_mesh()
     glass = materials.index(GLASS)
     panes = mesh.faces["material"] == glass
-    faces = drawlist.back_to_front(mesh, panes, vec3((0, 0, 0)))
+    faces = drawlist.back_to_front(mesh, panes, vec3((0, 0, 0)), np.zeros(len(materials), bool))
     corners = mesh.vertices["position"][faces.indices[::6]]
     assert np.abs(corners[:, 0]).tolist() == [80, 40, 30, 10]
     assert len(faces.batches) == 1 and faces.batches[0].material == glass
+
+
+def test_sums_are_drawn_by_material_between_what_covers() -> None:
+    """What is before and what is behind a pane stays there; lights on one side of it are mixed."""
+    flame, beam = Material("flame"), Material("beam")
+    places = {flame: (80, 60, 30), beam: (70, 40, 20), GLASS: (50, 10)}
+    mesh, materials = make_mesh(
+        [
+            piece
+            for material, xs in places.items()
+            for piece in of(material, *(quad((x, 0, 5), (0, 5, 0), (0, 0, 5)) for x in xs))
+        ]
+    )
+    adds = np.array([material is not GLASS for material in materials])
+    every = np.ones(len(mesh.faces), bool)
+    faces = drawlist.back_to_front(mesh, every, vec3((0, 0, 5)), adds)
+    first, second = sorted((flame, beam), key=materials.index)
+    names = [materials[batch.material].name for batch in faces.batches]
+    assert names == [m.name for m in (first, second, GLASS, first, second, GLASS)]
+    far, near = {flame: [80, 60], beam: [70]}, {flame: [30], beam: [40, 20]}
+    corners = mesh.vertices["position"][faces.indices[::6]]
+    expected = [*far[first], *far[second], 50, *near[first], *near[second], 10]
+    assert corners[:, 0].tolist() == expected
 
 
 def test_front_to_back() -> None:
@@ -310,6 +333,6 @@ def test_nothing_chosen() -> None:
     for empty in (
         all_casters(mesh, none, np.arange(3, dtype=np.int32)),
         drawlist.front_to_back(mesh, none, vec3((0, 0, 0)), np.zeros(len(materials), bool)),
-        drawlist.back_to_front(mesh, none, vec3((0, 0, 0))),
+        drawlist.back_to_front(mesh, none, vec3((0, 0, 0)), np.zeros(len(materials), bool)),
     ):
         assert empty.batches == () and empty.triangle_count == 0

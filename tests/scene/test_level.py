@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from followspot.assets.bsp import LUMPS, BspFile, FaceType
+from followspot.assets.shader_parser import find_entries
 from followspot.assets.surface_flags import Surface
 from followspot.scene import level
 from followspot.scene.material import (
@@ -74,6 +75,31 @@ def test_faces_are_sorted_by_material_with_their_triangles_and_boxes() -> None:
         np.testing.assert_array_equal(corners, expected)
         assert face["mins"].tolist() == (centres[number] + SQUARE.min(axis=0)).tolist()
         assert face["maxs"].tolist() == (centres[number] + SQUARE.max(axis=0)).tolist()
+
+
+def test_a_layer_lies_where_vertices_alpha_says() -> None:
+    """A polygon's vertices have their own; all of a patch has the mean of its control points'."""
+    bsp = squares([(0, 0, 0), (100, 0, 5)], [0, 0], [0])
+    patch = np.zeros(9, LUMPS["vertices"])
+    patch["position"] = [(x, y, 50) for y in (0, 8, 16) for x in (0, 8, 16)]
+    patch["normal"] = 0, 0, 1
+    vertices = np.concatenate([bsp.vertices, patch])
+    vertices["color"][:, 3] = [0, 51, 102, 255, 5, 6, 7, 8, *range(10, 100, 10)]
+    faces = np.concatenate([bsp.faces, bsp.faces[:1]])
+    faces[2]["type"], faces[2]["patch_size"] = FaceType.PATCH, 3
+    faces[2]["first_vertex"], faces[2]["vertex_count"], faces[2]["index_count"] = 8, 9, 0
+    models = records("models", face_count=[3])
+    bsp = replace(bsp, vertices=vertices, faces=faces, models=models)
+    assert build(bsp).mesh.tints is None
+    text = "s\n{\n{\nmap a\n}\n{\nmap b\nblendFunc blend\nalphaGen vertex\n}\n}"
+    (entry,), _ = find_entries(text, "s")
+    built = level.build(bsp, lambda _: entry.read(), lambda name: name, 1.0)
+    assert built.materials[0].layer == "b"
+    tints = built.mesh.tints
+    assert tints is not None and len(tints) == len(built.mesh.vertices) and len(tints) > 8
+    assert (tints[:, :3] == 1).all()
+    np.testing.assert_allclose(tints[:8, 3], np.array([0, 51, 102, 255, 5, 6, 7, 8]) / 255)
+    np.testing.assert_allclose(tints[8:, 3], 50 / 255, rtol=1e-6)
 
 
 @pytest.mark.parametrize("flag", [Surface.SKY, Surface.NODRAW, Surface.HINT, Surface.SKIP])

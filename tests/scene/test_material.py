@@ -71,6 +71,36 @@ def test_blended_surfaces(
     assert made(*stages) == replace(WALL, blend=blend, shade=shade)
 
 
+def test_vertices_alpha_lays_an_image_over_terrain() -> None:
+    rock, light = "map rock; blendFunc blend; alphaGen vertex", "map $lightmap; blendFunc filter"
+    assert made("map wall", rock, light) == replace(WALL, layer="rock")
+    assert made("map wall", rock.replace("vertex", "wave sin 0 1 0 1"), light) == WALL
+    assert made("map wall", rock.replace("blend;", "add;"), light) == WALL
+    assert made("map wall; blendFunc add", rock).layer is None
+    flowing = made("map wall; tcMod scroll 0 1", rock)
+    assert (flowing.image, flowing.layer) == ("rock", None)  # its base already
+    cut_out = made("map wall; alphaFunc GE128", rock)
+    assert cut_out == replace(WALL, alpha_test=AlphaTest.GE128)
+    missing = from_script("s", script("map wall", rock), {"wall": "wall"}.get)
+    assert missing == WALL
+
+
+@pytest.mark.parametrize(
+    ("blend", "adds"),
+    [
+        (ADDS, True),
+        ((Factor.SRC_ALPHA, Factor.ONE), True),
+        (MIXES, False),
+        (FILTERS, False),
+        (BRIGHTENS, False),  # what it adds depends on what is there
+        ((Factor.DST_ALPHA, Factor.ONE), False),
+        (None, False),
+    ],
+)
+def test_what_only_adds(blend: tuple[Factor, Factor] | None, adds: bool) -> None:
+    assert replace(WALL, blend=blend).only_adds is adds
+
+
 def test_cut_out_surfaces_are_not_blended_too() -> None:
     leaf = Material("s", "leaf", alpha_test=AlphaTest.GE128)
     assert made("map leaf; alphaFunc GE128") == leaf

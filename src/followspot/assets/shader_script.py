@@ -86,6 +86,12 @@ class Stage:
         return read_alpha_test(test, []) if test else None
 
     @property
+    def alpha_gen(self) -> str:
+        """Where alpha comes from beside the image, in lower case; empty where nowhere else."""
+        alpha_gen = self.get("alphagen")
+        return alpha_gen.word if alpha_gen else ""
+
+    @property
     def tc_gen(self) -> tuple[str, ...]:
         """Where texture coordinates come from, with its arguments, in lower case.
 

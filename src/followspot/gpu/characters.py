@@ -1,52 +1,56 @@
 """Figures in GPU memory: all key poses of each, uploaded once, and room for its instances."""
 
+from collections.abc import Sequence
+
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from followspot.errors import AssetError
 from followspot.scene.character import SLOTS, Crowd
-from followspot.scene.figure import Figure, FigurePart
+from followspot.scene.figure import Figure, FigurePart, Run
+from followspot.scene.material import Material
 
 POSE_ROW_BITS = 11
 """A row of a texture of key poses has two to the power of this many texels."""
+
+VERTEX_FORMAT = "2f 2i"
+"""Of `GpuFigure.vertices`, for moderngl: ``in_texcoord`` and ``in_vertex``."""
+
+INSTANCE_FORMAT = " ".join(["12f 4f"] * SLOTS) + "/i"
+"""Of `GpuFigure.instances`, for moderngl: ``in_world_from_PART`` and ``in_PART_pose`` by slot."""
 
 _INSTANCE_BYTES = SLOTS * 16 * 4
 """Of one character: `Crowd.instances`."""
 
 
-class GpuPart:
-    """One part of a figure.
+class GpuFigure:
+    """A figure, whose parts are drawn together.
 
     Attributes:
-        part: What was uploaded.
-        figure: Number of its figure in the crowd.
-        key_poses: Texture of two texels a vertex, frame after frame: position, unit normal.
-        texcoords: Buffer of (s, t) by vertex.
-        indices: Buffer of uint32.
-        instances: Buffer of the figure's characters; `instance_format` tells where the part's rows
-            are in it.
+        key_poses: Texture of two texels a vertex: position, unit normal; part after part, of each
+            frame after frame.
+        vertices: Buffer of (s, t), the part's slot, and the vertex's number in the part's first key
+            pose.
+        indices: Buffer of uint32, in the order of `runs`.
+        runs: One for each material; solid ones of one state stand next to each other.
+        instances: Buffer of the figure's characters, rows of `Crowd.instances`.
+
+    Raises:
+        AssetError: it has more key poses than this OpenGL can hold in a texture.
     """
 
-    def __init__(
-        self, context: moderngl.Context, figure: int, part: FigurePart, instances: moderngl.Buffer
-    ) -> None:
-        self.part = part
-        self.figure = figure
-        self.key_poses = _upload_poses(context, part)
-        self.texcoords = context.buffer(part.texcoords.astype("<f4").tobytes())
-        self.indices = context.buffer(part.indices.astype("<u4").tobytes())
-        self.instances = instances
-
-    @property
-    def instance_format(self) -> str:
-        """Format for moderngl of ``in_world_from_part`` and ``in_pose`` in `instances`."""
-        before, behind = self.part.slot * 64, (SLOTS - 1 - self.part.slot) * 64
-        gaps = [f"{gap}x" if gap else "" for gap in (before, behind)]  # moderngl takes no "0x"
-        return "{} 12f 4f {}/i".format(*gaps)
+    def __init__(self, context: moderngl.Context, figure: Figure, characters: int) -> None:
+        _require_room(figure, context.info["GL_MAX_TEXTURE_SIZE"])
+        self.key_poses = _upload_poses(context, figure)
+        self.vertices = context.buffer(_vertices(figure.parts).tobytes())
+        indices, self.runs = _joined(figure.parts)
+        self.indices = context.buffer(indices.tobytes())
+        self.instances = context.buffer(reserve=characters * _INSTANCE_BYTES, dynamic=True)
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for thing in (self.key_poses, self.texcoords, self.indices):
+        for thing in (self.key_poses, self.vertices, self.indices, self.instances):
             thing.release()
 
 
@@ -54,64 +58,99 @@ class GpuCrowd:
     """All figures of a crowd.
 
     Attributes:
-        crowd: What was uploaded.
-        parts: Of all figures, one after another.
-        instances: A buffer for each figure, for all its characters.
+        figures: In the crowd's order.
 
     Raises:
-        AssetError: a figure has more key poses than this OpenGL can hold in a texture.
+        AssetError: as of `GpuFigure`.
     """
 
     def __init__(self, context: moderngl.Context, crowd: Crowd) -> None:
-        self.crowd = crowd
-        self.instances = [
-            context.buffer(reserve=count * _INSTANCE_BYTES, dynamic=True)
-            for count in np.bincount(crowd.figure_of).tolist()
-        ]
-        self.parts: list[GpuPart] = []
-        limit = context.info["GL_MAX_TEXTURE_SIZE"]
+        self.figures: list[GpuFigure] = []
+        counts = np.bincount(crowd.figure_of).tolist()
         try:
-            for number, figure in enumerate(crowd.figures):
-                _require_room(figure, limit)
-                self.parts += [
-                    GpuPart(context, number, part, self.instances[number]) for part in figure.parts
-                ]
+            for figure, count in zip(crowd.figures, counts, strict=True):
+                self.figures.append(GpuFigure(context, figure, count))
         except AssetError:
             self.release()
             raise
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for part in self.parts:
-            part.release()
-        for buffer in self.instances:
-            buffer.release()
+        for figure in self.figures:
+            figure.release()
 
 
-def _rows(part: FigurePart) -> int:
-    """Rows of texels that all key poses of a part take."""
-    texels = 2 * len(part.positions) * part.vertex_count
-    return -(-texels >> POSE_ROW_BITS)
+def _key_vertices(part: FigurePart) -> int:
+    """Vertices of all its key poses together."""
+    return len(part.positions) * part.vertex_count
+
+
+def _rows(figure: Figure) -> int:
+    """Rows of texels that all its key poses take."""
+    texels = 2 * sum(_key_vertices(part) for part in figure.parts)
+    return max(-(-texels >> POSE_ROW_BITS), 1)
 
 
 def _require_room(figure: Figure, limit: int) -> None:
-    rows = max((_rows(part) for part in figure.parts), default=0)
+    rows = _rows(figure)
     if max(rows, 1 << POSE_ROW_BITS) > limit:
-        vertices = limit << (POSE_ROW_BITS - 1)
         raise AssetError(
             figure.name,
-            expected=f"at most {vertices} vertices in all frames together, for this OpenGL",
-            found=f"a part with {rows << (POSE_ROW_BITS - 1)}",
+            expected=f"at most {limit << (POSE_ROW_BITS - 1)} vertices in all frames together, "
+            "for this OpenGL",
+            found=f"{rows << (POSE_ROW_BITS - 1)}",
         )
 
 
-def _upload_poses(context: moderngl.Context, part: FigurePart) -> moderngl.Texture:
+def _upload_poses(context: moderngl.Context, figure: Figure) -> moderngl.Texture:
     """Float texels: whatever a file's own precision is, a key pose comes out as it is there."""
-    frames, vertices = part.positions.shape[:2]
-    texels = np.zeros((_rows(part) << POSE_ROW_BITS, 4), "<f4")
-    pairs = texels[: 2 * frames * vertices].reshape(frames, vertices, 2, 4)
-    pairs[..., 0, :3] = part.positions
-    pairs[..., 1, :3] = part.normals
-    texture = context.texture((1 << POSE_ROW_BITS, _rows(part)), 4, texels, dtype="f4")
+    rows, end = _rows(figure), 0
+    texels = np.zeros((rows << POSE_ROW_BITS, 4), "<f4")
+    for part in figure.parts:
+        start, end = end, end + 2 * _key_vertices(part)
+        pairs = texels[start:end].reshape(*part.positions.shape[:2], 2, 4)
+        pairs[..., 0, :3] = part.positions
+        pairs[..., 1, :3] = part.normals
+    texture = context.texture((1 << POSE_ROW_BITS, rows), 4, texels, dtype="f4")
     texture.filter = moderngl.NEAREST, moderngl.NEAREST
     return texture
+
+
+def _vertices(parts: Sequence[FigurePart]) -> NDArray[np.void]:
+    """(vertices of all parts,) in `VERTEX_FORMAT`."""
+    vertices = np.zeros(
+        sum(part.vertex_count for part in parts),
+        [("texcoord", "<f4", 2), ("slot", "<i4"), ("number", "<i4")],
+    )
+    end = first_key = 0
+    for part in parts:
+        start, end = end, end + part.vertex_count
+        own = vertices[start:end]
+        own["texcoord"] = part.texcoords
+        own["slot"] = part.slot
+        own["number"] = first_key + np.arange(part.vertex_count)
+        first_key += _key_vertices(part)
+    return vertices
+
+
+def _joined(parts: Sequence[FigurePart]) -> tuple[NDArray[np.uint32], tuple[Run, ...]]:
+    """(i,) indices into `_vertices`, and which of them wear what."""
+    worn: dict[Material, list[NDArray[np.uint32]]] = {}
+    start = 0
+    for part in parts:
+        for run in part.runs:
+            own = part.indices[run.first : run.first + run.count] + np.uint32(start)
+            worn.setdefault(run.material, []).append(own)
+        start += part.vertex_count
+    indices, runs, end = [np.empty(0, "<u4")], [], 0
+    for material in sorted(worn, key=_state):
+        own = np.concatenate(worn[material])
+        runs.append(Run(material, end, len(own)))
+        indices.append(own.astype("<u4"))
+        end += len(own)
+    return np.concatenate(indices), tuple(runs)
+
+
+def _state(material: Material) -> tuple[bool, bool, str]:
+    """What casters are told apart by."""
+    return material.blend is not None, material.alpha_test is not None, material.sides.name

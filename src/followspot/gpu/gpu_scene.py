@@ -26,6 +26,10 @@ def _reading(material: Material) -> _Reading:
     return _Reading(material.image, material.clamps, material.uses_alpha)
 
 
+def _reading_layer(material: Material) -> _Reading:
+    return _Reading(material.layer, clamps=False, uses_alpha=False)
+
+
 class GpuScene:
     """Everything that stays the same from frame to frame, uploaded once.
 
@@ -60,7 +64,8 @@ class GpuScene:
         self._shown_as: dict[_Reading, _Reading] = {}
         wanted: dict[str | None, set[_Reading]] = {}
         for material in (*scene.materials, *scene.crowd.materials):
-            wanted.setdefault(material.image, set()).add(_reading(material))
+            for reading in (_reading(material), _reading_layer(material)):
+                wanted.setdefault(reading.image, set()).add(reading)
         images = scene.images
         for number, image in decode_all(scene.archive, images):
             if not isinstance(image, Image):
@@ -78,7 +83,14 @@ class GpuScene:
 
     def image_of(self, material: Material) -> moderngl.Texture:
         """A material's base image, or white; materials that read one image alike share it."""
-        reading = self._shown_as.get(_reading(material))
+        return self._texture(_reading(material))
+
+    def layer_of(self, material: Material) -> moderngl.Texture | None:
+        """What is laid over a material's base image, if anything is."""
+        return None if material.layer is None else self._texture(_reading_layer(material))
+
+    def _texture(self, wanted: _Reading) -> moderngl.Texture:
+        reading = self._shown_as.get(wanted)
         return self._white if reading is None else self._images[reading]
 
     def set_anisotropy(self, samples: float) -> None:

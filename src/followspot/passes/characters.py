@@ -1,4 +1,4 @@
-"""Characters: which are seen, how they stand, and one instanced draw for each of their surfaces.
+"""Characters: which are seen, how they stand, and one instanced draw for each of their materials.
 
 Each tile of the shadow maps and the picture draw characters of their own choice, whose rows are
 put into their figures' buffers just before.
@@ -11,8 +11,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.assets.player import PARTS
 from followspot.gpu import blocks, program
-from followspot.gpu.characters import POSE_ROW_BITS, GpuPart
+from followspot.gpu.characters import INSTANCE_FORMAT, POSE_ROW_BITS, VERTEX_FORMAT, GpuFigure
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes import drawlist, shadow_extent
@@ -24,7 +25,7 @@ from followspot.passes.materials import (
     variant_of,
 )
 from followspot.passes.programs import BASE_IMAGE, KEY_POSES, Shader, SurfacePrograms
-from followspot.passes.shadow_extent import Covering
+from followspot.passes.shadow_extent import Extents
 from followspot.passes.shadow_tiles import Tile
 from followspot.scene.figure import Run
 from followspot.scene.material import Material
@@ -33,12 +34,14 @@ from followspot.spaces import Mat4, Vec3
 
 _POSED: dict[str, int | str] = {"POSED": 1, "POSE_ROW_BITS": POSE_ROW_BITS}
 
+_INSTANCE = [f"in_{name}" for part in PARTS for name in (f"world_from_{part}", f"{part}_pose")]
+"""Attributes in `INSTANCE_FORMAT`."""
+
 
 class _Draw(NamedTuple):
-    """One surface of all characters of a figure; `number` is its part's among all figures'."""
+    """What wears one material, or casts alike, of all characters of figure number `figure`."""
 
-    number: int
-    part: GpuPart
+    figure: int
     run: Run
     variant: Variant
     image: moderngl.Texture
@@ -68,17 +71,15 @@ class CharacterPass:
         self._context = context
         self._gpu_scene = gpu_scene
         self._crowd = gpu_scene.scene.crowd
-        self._parts = gpu_scene.crowd.parts
-        draws = [
-            self._draw_of(k, run) for k, each in enumerate(self._parts) for run in each.part.runs
-        ]
+        self._figures = gpu_scene.crowd.figures
+        draws = [self._draw_of(k, r) for k, each in enumerate(self._figures) for r in each.runs]
         draws.sort(key=lambda draw: draw.run.material.order)
         self._opaque = [draw for draw in draws if draw.run.material.blend is None]
         self._blended = [draw for draw in draws if draw.run.material.blend is not None]
         self._casters = [
             self._draw_of(k, run)
-            for k, each in enumerate(self._parts)
-            for run in _casters(each.part.runs)
+            for k, each in enumerate(self._figures)
+            for run in _casters(each.runs)
         ]
         variants = [draw.variant for draw in draws]
         self.programs = SurfacePrograms(context, folder, variants, self._arrays, _POSED)
@@ -90,16 +91,16 @@ class CharacterPass:
         self._picture = _Choice(np.zeros(0, bool), [0] * len(self._crowd.figures))
         self._casting: list[_Choice] = []
         self._uploaded: _Choice | None = None
-        self._covering: list[Covering] = []
+        self._covering: list[Extents] = []
         self.seen = 0
 
-    def _draw_of(self, number: int, run: Run) -> _Draw:
+    def _draw_of(self, figure: int, run: Run) -> _Draw:
         image = self._gpu_scene.image_of(run.material)
-        return _Draw(number, self._parts[number], run, variant_of(run.material), image)
+        return _Draw(figure, run, variant_of(run.material), image)
 
     def _arrays(self, of: moderngl.Program) -> list[moderngl.VertexArray]:
-        """A vertex array for each part."""
-        return [_array(self._context, of, each) for each in self._parts]
+        """A vertex array for each figure."""
+        return [_array(self._context, of, each) for each in self._figures]
 
     def update(
         self,
@@ -123,7 +124,7 @@ class CharacterPass:
         Returns:
             Whether they cast otherwise than after the last call.
         """
-        if not self._parts:
+        if not self._figures:
             return False
         frusta = tuple((tile.frustum, tile.finer) for tile in tiles)
         viewpoint = eye.tobytes(), clip_from_world.tobytes()
@@ -166,11 +167,11 @@ class CharacterPass:
                 finer = (found.reshape(-1, 2, 2) * scale + shift).reshape(-1, 4)
                 casts &= ~shadow_extent.within(finer, tile.seam)
             self._casting.append(_Choice.of(casts, figure_of, figures))
-            self._covering.append(Covering(order[casts], found[casts]))
+            self._covering.append(found[casts])
         self._uploaded = None
         return before != self._cast
 
-    def covering(self, number: int) -> Covering:
+    def covering(self, number: int) -> Extents:
         """Where in tile `number` those are that it draws."""
         return self._covering[number]
 
@@ -181,9 +182,9 @@ class CharacterPass:
         self._uploaded = choice
         rows = self._rows[choice.rows]
         start = 0
-        for buffer, count in zip(self._gpu_scene.crowd.instances, choice.counts, strict=True):
+        for figure, count in zip(self._figures, choice.counts, strict=True):
             if count:
-                buffer.write(rows[start : start + count])
+                figure.instances.write(rows[start : start + count])
                 start += count
 
     def draw_opaque(self) -> None:
@@ -202,7 +203,7 @@ class CharacterPass:
         self._upload(self._picture)
         state: object = None
         for draw in draws:
-            count = self._picture.counts[draw.part.figure]
+            count = self._picture.counts[draw.figure]
             if not count:
                 continue
             material = draw.run.material
@@ -228,7 +229,7 @@ class CharacterPass:
         self._upload(choice)
         sides: object = None
         for draw in self._casters:
-            count = choice.counts[draw.part.figure]
+            count = choice.counts[draw.figure]
             if not count:
                 continue
             if draw.run.material.sides is not sides:
@@ -242,8 +243,8 @@ class CharacterPass:
         if draw.variant.cut_out:
             vector = alpha_test_vector(draw.run.material)
             program.set_uniform(shader.program, "alpha_test", vector)
-        draw.part.key_poses.use(KEY_POSES)
-        array = shader.arrays[draw.number]
+        self._figures[draw.figure].key_poses.use(KEY_POSES)
+        array = shader.arrays[draw.figure]
         array.render(vertices=draw.run.count, first=draw.run.first, instances=count)
 
     @property
@@ -254,7 +255,7 @@ class CharacterPass:
     def counts(self, *, with_blended: bool) -> tuple[int, int]:
         """Draw calls and triangles that those in view take."""
         draws = [*self._opaque, *(self._blended if with_blended else ())]
-        instances = [self._picture.counts[draw.part.figure] for draw in draws]
+        instances = [self._picture.counts[draw.figure] for draw in draws]
         triangles = (n * d.run.count // 3 for n, d in zip(instances, draws, strict=True))
         return sum(n > 0 for n in instances), sum(triangles)
 
@@ -265,13 +266,16 @@ class CharacterPass:
             shadow.release()
 
 
-def _array(context: moderngl.Context, of: moderngl.Program, each: GpuPart) -> moderngl.VertexArray:
-    """A part's vertex array for a program, which may not look at texture coordinates."""
-    content: list[tuple[Any, ...]] = [
-        (each.instances, each.instance_format, "in_world_from_part", "in_pose"),
-    ]
-    if "in_texcoord" in of:  # moderngl takes gl_VertexID for one that is not there: a GL error
-        content.append((each.texcoords, "2f", "in_texcoord"))
+def _array(
+    context: moderngl.Context, of: moderngl.Program, each: GpuFigure
+) -> moderngl.VertexArray:
+    """A figure's vertex array for a program, which may not look at texture coordinates."""
+    names = "in_texcoord", "in_vertex"
+    if "in_texcoord" in of:
+        vertices: tuple[Any, ...] = (each.vertices, VERTEX_FORMAT, *names)
+    else:  # moderngl takes gl_VertexID for an attribute that is not there: a GL error
+        vertices = (each.vertices, VERTEX_FORMAT.replace("2f", "8x"), names[1])
+    content = [vertices, (each.instances, INSTANCE_FORMAT, *_INSTANCE)]
     return context.vertex_array(of, content, each.indices, skip_errors=True)
 
 

@@ -220,12 +220,25 @@ def front_to_back(mesh: Mesh, chosen: Mask, eye: Vec3, last: Mask) -> DrawList:
     return _cut(mesh, faces[order], material[order])
 
 
-def back_to_front(mesh: Mesh, chosen: Mask, eye: Vec3) -> DrawList:
-    """The chosen faces sorted by the distance of their boxes' centres from the eye, far first."""
+def back_to_front(mesh: Mesh, chosen: Mask, eye: Vec3, adds: Mask) -> DrawList:
+    """The chosen faces sorted by the distance of their boxes' centres from the eye, far first.
+
+    Sums do not depend on their order: neighbours that only add light come by their materials.
+
+    Args:
+        mesh: What to draw from.
+        chosen: (faces,) which to draw.
+        eye: (3,) world position in units.
+        adds: (materials,) those that only add to the picture.
+    """
     faces = mesh.faces[chosen]
     centres = (faces["mins"].astype(np.float64) + faces["maxs"]) / 2
     faces = faces[np.argsort(-np.linalg.norm(centres - eye, axis=1), kind="stable")]
-    return _cut(mesh, faces, faces["material"])
+    material = faces["material"]
+    is_sum = adds[material]
+    sums = np.cumsum(~is_sum | np.diff(is_sum, prepend=False))
+    order = np.lexsort((np.where(is_sum, material, 0), sums))
+    return _cut(mesh, faces[order], material[order])
 
 
 def _cut(mesh: Mesh, faces: NDArray[np.void], material: NDArray[np.int32]) -> DrawList:

@@ -18,6 +18,7 @@ class Variant(NamedTuple):
     blended: bool
     shade: Shade
     tinted: bool
+    layered: bool
 
     @property
     def defines(self) -> dict[str, int | str]:
@@ -31,6 +32,8 @@ class Variant(NamedTuple):
             macros["BLENDED"] = 1
         if self.tinted:
             macros["TINTED"] = 1
+        if self.layered:
+            macros["LAYERED"] = 1
         if self.shade is not Shade.LIT:
             macros[self.shade.name] = 1
         return macros
@@ -44,6 +47,7 @@ def variant_of(material: Material) -> Variant:
         material.blend is not None,
         material.shade,
         material.is_tinted,
+        material.layer is not None,
     )
 
 

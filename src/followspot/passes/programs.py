@@ -14,7 +14,7 @@ from followspot.gpu.program import ShaderError, ShaderFolder
 from followspot.passes.materials import Variant
 from followspot.passes.view import SURFACE_VIEWS, View
 
-BASE_IMAGE, SHADOW_ATLAS, KEY_POSES = 0, 1, 2
+BASE_IMAGE, SHADOW_ATLAS, KEY_POSES, LAYER_IMAGE = 0, 1, 2, 3
 """Texture units."""
 
 MAX_PROGRAMS = 128
@@ -23,6 +23,7 @@ MAX_PROGRAMS = 128
 _VIEWS: dict[str, int | str] = {f"VIEW_{v.name}": n for n, v in enumerate(SURFACE_VIEWS)}
 _SAMPLERS = {
     "base_image": BASE_IMAGE,
+    "layer_image": LAYER_IMAGE,
     "kept": BASE_IMAGE,
     "shadow_atlas": SHADOW_ATLAS,
     "key_poses": KEY_POSES,

@@ -2,7 +2,7 @@
 
 A tile is kept until its light, the window that it covers, or a setting changes. The window stays
 the same while the camera moves a little. Where there are characters, the level's depth is kept by
-itself: when they move, it is put back where they were, and they are drawn over it.
+itself: when they move, it is put back where they were, and they are drawn over it anew.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector, set_caster_culling
 from followspot.passes.programs import BASE_IMAGE, Shader
-from followspot.passes.shadow_extent import Covering, Extents
+from followspot.passes.shadow_extent import Extents
 from followspot.passes.shadow_fit import Receivers
 from followspot.passes.shadow_map import ShadowMap
 from followspot.passes.shadow_tiles import Place, ShadowTiles, Tile
@@ -53,11 +53,12 @@ class ShadowPass:
         self._context = context
         self._gpu_scene = gpu_scene
         self._characters = characters
+        self._flush = gl.flush_function(context)
         size = max(gpu_scene.scene.mesh.indices.nbytes, 4) * blocks.MAX_SHADOWS * 2
         self._indices = context.buffer(reserve=size, dynamic=True)  # all tiles' casters
         self._solid = Shader(context, folder, "shadow", self._array)
         self._cut_out = Shader(context, folder, "shadow", self._array, {"ALPHA_TEST": 1})
-        most = 2 * len(gpu_scene.scene.crowd) + 1  # where all were, and are; or a whole tile
+        most = max(len(gpu_scene.scene.crowd), 1)  # where all were; or a whole tile
         self._rectangles = context.buffer(reserve=most * 16, dynamic=True)
         self._restore = Shader(context, folder, "restore", self._rectangle_array)
         self.shaders = [self._solid, self._cut_out, self._restore]
@@ -67,7 +68,7 @@ class ShadowPass:
         self._drawn: dict[Place, object] = {}  # what is in the level's tiles
         # With characters two: the level's alone, then the one with theirs.
         self._maps: list[ShadowMap] = []
-        self._covered: dict[Place, Covering] = {}  # by them
+        self._covered: dict[Place, Extents] = {}  # by them
         self.redrawn = False
         self.version = 0
         self.triangle_count = self.draw_count = self.size = 0
@@ -181,20 +182,23 @@ class ShadowPass:
         self._drawn = {}
 
     def _draw_characters(self, settings: Settings, anew: set[Place]) -> None:
-        """Put the level's depth back where characters were or are to be; draw them over it."""
+        """Put the level's depth back where characters were; draw them where they are."""
         level, sampled = self._maps
-        before, self._covered = self._covered, {}
+        before = self._covered
+        self._covered = {
+            tile.place: self._characters.covering(number) for number, tile in enumerate(self.tiles)
+        }
         with self._drawing_into(sampled, settings):
+            for place in self._covered:
+                sampled.choose(place)
+                is_kept = place in before and place not in anew
+                self._put_back(level, before[place] if is_kept else shadow_extent.WHOLE)
             for number, tile in enumerate(self.tiles):
-                now = self._covered[tile.place] = self._characters.covering(number)
                 sampled.choose(tile.place)
-                if tile.place in anew or tile.place not in before:
-                    self._put_back(level, shadow_extent.WHOLE)
-                else:
-                    self._put_back(level, now.union(before[tile.place]))
                 self._characters.draw_casters(
                     number, tile.frustum.clip_from_world, settings.shadow_cull
                 )
+                self._flush()  # a software rasteriser draws while the next ones are set up
 
     def _put_back(self, level: ShadowMap, touched: Extents) -> None:
         """The level's depth in some rectangles of the tile that is drawn into."""

@@ -1,7 +1,5 @@
 """Where in a tile boxes may be seen, so that no more of it is drawn anew."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,20 +16,6 @@ _EVERYWHERE = np.array([[-np.inf], [-np.inf], [np.inf], [np.inf]])
 _INWARDS = np.array([1.0, 1.0, -1.0, -1.0])
 
 WHOLE: Extents = np.array([[0.0, 0.0, 1.0, 1.0]])
-
-
-class Covering(NamedTuple):
-    """Which boxes are seen in a tile: (n,) their numbers; and where."""
-
-    numbers: NDArray[np.intp]
-    extents: Extents
-
-    def union(self, other: "Covering") -> Extents:
-        """Rectangles that hold those of both, one for each box if both are of the same boxes."""
-        a, b = self.extents, other.extents
-        if not np.array_equal(self.numbers, other.numbers):
-            return np.concatenate([a, b])
-        return np.concatenate([np.minimum(a[:, :2], b[:, :2]), np.maximum(a[:, 2:], b[:, 2:])], 1)
 
 
 def extents(

@@ -9,7 +9,7 @@ from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
 from followspot.passes.materials import Variant, alpha_test_vector, set_state, variant_of
-from followspot.passes.programs import BASE_IMAGE, Shader, SurfacePrograms
+from followspot.passes.programs import BASE_IMAGE, LAYER_IMAGE, Shader, SurfacePrograms
 from followspot.scene.material import Material
 
 
@@ -20,6 +20,7 @@ class _Look(NamedTuple):
     state: tuple[object, ...]
     variant: Variant
     image: moderngl.Texture
+    layer: moderngl.Texture | None
 
 
 class SurfacePass:
@@ -33,8 +34,8 @@ class SurfacePass:
         size = max(gpu_scene.scene.mesh.indices.nbytes, 4)
         self._indices = context.buffer(reserve=size, dynamic=True)
         self._looks = [
-            _Look(material, material.state, variant_of(material), gpu_scene.image_of(material))
-            for material in gpu_scene.scene.materials
+            _Look(m, m.state, variant_of(m), gpu_scene.image_of(m), gpu_scene.layer_of(m))
+            for m in gpu_scene.scene.materials
         ]
         variants = {look.variant for look in self._looks}
         self.programs = SurfacePrograms(context, folder, variants, self._array)
@@ -82,6 +83,8 @@ class SurfacePass:
                 vector = alpha_test_vector(look.material)
                 program.set_uniform(shader.program, "alpha_test", vector)
             look.image.use(BASE_IMAGE)
+            if look.layer is not None:
+                look.layer.use(LAYER_IMAGE)
             shader.arrays[0].render(vertices=batch.count, first=base + batch.first)
         self._context.polygon_offset = 0.0, 0.0
 

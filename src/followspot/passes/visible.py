@@ -41,6 +41,7 @@ class VisibleFaces:
         self._side = np.array([_SIDE[m.sides] for m in materials], np.float32)
         self._is_cut_out = np.array([m.alpha_test is not None for m in materials], bool)
         self._is_blended = np.array([m.blend is not None for m in materials], bool)
+        self._adds = np.array([m.only_adds for m in materials], bool)
         self.opaque, self.blended = NOTHING, NOTHING
         none, nowhere = np.zeros((0, 3), np.float32), np.zeros(0)
         self.receivers = Receivers(none, none, np.zeros((0, 8, 3)), nowhere, nowhere)
@@ -90,7 +91,7 @@ class VisibleFaces:
             middle = spaces.vec3((cell + 0.5) * SORT_CELL)
             self.opaque = drawlist.front_to_back(self._mesh, opaque, middle, self._is_cut_out)
         nothing_blended = not blended.any() and not self.blended.batches
-        self.blended = drawlist.back_to_front(self._mesh, blended, viewpoint)
+        self.blended = drawlist.back_to_front(self._mesh, blended, viewpoint, self._adds)
         return not (same and nothing_blended)
 
     def _seen_from(self, eye: Vec3, clip_from_world: Mat4) -> Mask:

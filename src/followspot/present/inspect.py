@@ -85,6 +85,7 @@ def _material(scene: Scene, number: int) -> dict[str, Any]:
     return {
         "name": material.name,
         "image": material.image,
+        "layer": material.layer,
         "sides": material.sides.value,
         "alpha_test": material.alpha_test and material.alpha_test.value,
         "blend": material.blend and [factor.value for factor in material.blend],

@@ -117,10 +117,12 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     wanted &= has_triangles & (bsp.faces["type"] != FaceType.FLARE)
     offsets = _model_offsets(bsp)
     parts = [_polygons(bsp, wanted, offsets), _patches(bsp, wanted, offsets, tolerance)]
-    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]])
+    materials = tuple(found[number] for number in order)
+    is_layered = any(each.layer for each in materials)
+    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]], tinted=is_layered)
 
     visibility = Visibility(bsp, level_face, _seen_from_everywhere(bsp))
-    return Level(bsp, mesh, tuple(found[number] for number in order), visibility)
+    return Level(bsp, mesh, materials, visibility)
 
 
 def _seen_from_everywhere(bsp: BspFile) -> Mask:
@@ -139,9 +141,13 @@ def _seen_from_everywhere(bsp: BspFile) -> Mask:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Triangles of some of the level's faces: vertices, indices, and each face's run of them."""
+    """Triangles of some of the level's faces: vertices, indices, and each face's run of them.
+
+    `alpha` is the vertices' own, 0 to 1.
+    """
 
     vertices: NDArray[np.void]
+    alpha: NDArray[np.float32]
     indices: NDArray[np.uint32]
     level_face: Ints
     first_index: Ints
@@ -164,26 +170,27 @@ def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
 
 def _moved_vertices(
     bsp: BspFile, faces: Ints, offsets: NDArray[np.float32]
-) -> tuple[NDArray[np.void], Ints]:
-    """The vertices of some faces at their places, and where each face's begin among them."""
+) -> tuple[NDArray[np.void], NDArray[np.float32], Ints]:
+    """The vertices of some faces at their places, their alpha, and where each face's begin."""
     count = bsp.faces["vertex_count"][faces].astype(np.int64)
     source = run_members(bsp.faces["first_vertex"][faces], count)
     vertices = np.empty(len(source), VERTEX)
     for name in ("position", "normal", "texcoord"):
         vertices[name] = bsp.vertices[name][source]
     vertices["position"] += np.repeat(offsets[faces], count, axis=0)
-    return vertices, np.cumsum(count) - count
+    alpha = bsp.vertices["color"][source, 3] / np.float32(255)
+    return vertices, alpha, np.cumsum(count) - count
 
 
 def _polygons(bsp: BspFile, wanted: Mask, offsets: NDArray[np.float32]) -> _Part:
     """Polygons and triangle soups, whose triangles are in the file."""
     faces = np.flatnonzero(wanted & (bsp.faces["type"] != FaceType.PATCH))
-    vertices, starts = _moved_vertices(bsp, faces, offsets)
+    vertices, alpha, starts = _moved_vertices(bsp, faces, offsets)
     count = bsp.faces["index_count"][faces].astype(np.int64)
     in_face = bsp.indices[run_members(bsp.faces["first_index"][faces], count)]
     indices = (in_face + np.repeat(starts, count)).astype(np.uint32)
     _renormalise(vertices, indices)
-    return _Part(vertices, indices, faces, np.cumsum(count) - count, count)
+    return _Part(vertices, alpha, indices, faces, np.cumsum(count) - count, count)
 
 
 def _renormalise(vertices: NDArray[np.void], indices: NDArray[np.uint32]) -> None:
@@ -202,16 +209,27 @@ def _renormalise(vertices: NDArray[np.void], indices: NDArray[np.uint32]) -> Non
 
 
 def _patches(bsp: BspFile, wanted: Mask, offsets: NDArray[np.float32], tolerance: float) -> _Part:
-    """Bezier patches, cut into triangles."""
+    """Bezier patches, cut into triangles; all of one has the mean alpha of its control points."""
     faces = np.flatnonzero(wanted & (bsp.faces["type"] == FaceType.PATCH))
-    control, starts = _moved_vertices(bsp, faces, offsets)
+    control, alpha, starts = _moved_vertices(bsp, faces, offsets)
     made = patch.tessellate(control, starts, bsp.faces["patch_size"][faces], tolerance)
-    return _Part(made.vertices, made.indices, faces, made.first_index, made.index_count)
+    if len(faces):
+        control_count = np.diff(starts, append=len(alpha))
+        vertex_count = np.diff(made.first_vertex, append=len(made.vertices))
+        alpha = np.repeat(np.add.reduceat(alpha, starts) / control_count, vertex_count)
+    alpha = alpha.astype(np.float32)
+    return _Part(made.vertices, alpha, made.indices, faces, made.first_index, made.index_count)
 
 
-def _join(parts: list[_Part], material_of_face: NDArray[np.int32]) -> tuple[Mesh, Ints]:
+def _join(
+    parts: list[_Part], material_of_face: NDArray[np.int32], *, tinted: bool
+) -> tuple[Mesh, Ints]:
     """One mesh with its faces sorted by material, and the level's number of each of them."""
     vertices = np.concatenate([part.vertices for part in parts])
+    tints = None
+    if tinted:
+        tints = np.ones((len(vertices), 4), np.float32)
+        tints[:, 3] = np.concatenate([part.alpha for part in parts])
     shift = np.cumsum([0, *(len(part.vertices) for part in parts)])
     indices = np.concatenate(
         [part.indices + np.uint32(s) for part, s in zip(parts, shift, strict=False)]
@@ -233,4 +251,4 @@ def _join(parts: list[_Part], material_of_face: NDArray[np.int32]) -> tuple[Mesh
         runs = vertices["position"], indices, faces["first_index"]
         faces["mins"], faces["maxs"] = face_boxes(*runs)
         faces["normal"], faces["distance"] = face_planes(*runs)
-    return Mesh(vertices, indices, faces), level_face
+    return Mesh(vertices, indices, faces, tints), level_face

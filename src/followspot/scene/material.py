@@ -20,6 +20,13 @@ _HIDDEN = Surface.SKY | Surface.NODRAW | Surface.HINT | Surface.SKIP
 
 _COVERS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
 _BRIGHTENS = (BlendFactor.DST_COLOR, BlendFactor.ONE)
+_OF_SOURCE = {
+    BlendFactor.ONE,
+    BlendFactor.SRC_COLOR,
+    BlendFactor.ONE_MINUS_SRC_COLOR,
+    BlendFactor.SRC_ALPHA,
+    BlendFactor.ONE_MINUS_SRC_ALPHA,
+}
 _MULTIPLIES = {
     _BRIGHTENS,
     (BlendFactor.DST_COLOR, BlendFactor.ZERO),
@@ -56,6 +63,8 @@ class Material:
         polygon_offset: Whether it is a decal that lies on another surface.
         alpha_scale: What the image's alpha is multiplied by before it is tested.
         is_tinted: Whether texels are multiplied by the mesh's tints.
+        layer: Path of an image that is laid over the base one where the mesh's tints say, by their
+            alpha: terrain that passes from one ground into another.
     """
 
     name: str
@@ -68,6 +77,7 @@ class Material:
     polygon_offset: bool = False
     alpha_scale: float = 1.0
     is_tinted: bool = False
+    layer: str | None = None
 
     @property
     def state(self) -> tuple[object, ...]:
@@ -78,12 +88,26 @@ class Material:
     def order(self) -> tuple[object, ...]:
         """Sorting by this puts opaque first, then cut out, then blended, each by state."""
         state = [str(part) for part in self.state]
-        return self.blend is not None, self.alpha_test is not None, *state, self.image or ""
+        images = self.image or "", self.layer or ""
+        return self.blend is not None, self.alpha_test is not None, *state, *images
+
+    @property
+    def images(self) -> tuple[str | None, str | None]:
+        """The base image and the layer's."""
+        return self.image, self.layer
 
     @property
     def uses_alpha(self) -> bool:
         """Whether the image's alpha matters."""
         return self.alpha_test is not None or self.blend is not None
+
+    @property
+    def only_adds(self) -> bool:
+        """Whether it adds light to what stands there, and the same whatever that is."""
+        if self.blend is None:
+            return False
+        source, destination = self.blend
+        return destination is BlendFactor.ONE and source in _OF_SOURCE
 
     @property
     def is_two_sided(self) -> bool:
@@ -126,6 +150,7 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
         shade=_shade(blend),
         clamps=stage.clamps,
         polygon_offset=script.is_polygonoffset,
+        layer=None if is_blended or alpha_test else _layer(script, stage, find_image),
     )
 
 
@@ -147,6 +172,14 @@ def _base_stage(script: ShaderScript) -> Stage | None:
     if base.blend in _MULTIPLIES and script.stages[0] is base:
         return next(filter(_adds, others), base)
     return base
+
+
+def _layer(script: ShaderScript, base: Stage, find_image: FindImage) -> str | None:
+    """The image that vertices' alpha lays over the base, if there is such a stage."""
+    for stage in script.stages[1:]:
+        if stage.blend == _COVERS and stage.alpha_gen == "vertex" and stage is not base:
+            return None if stage.image is None else find_image(stage.image)
+    return None
 
 
 def _reflects(stage: Stage) -> bool:

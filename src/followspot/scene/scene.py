@@ -88,7 +88,7 @@ class Scene:
     @property
     def images(self) -> tuple[str, ...]:
         """Paths of all base images in the archive, each once."""
-        worn = (material.image for material in (*self.materials, *self.crowd.materials))
+        worn = (image for m in (*self.materials, *self.crowd.materials) for image in m.images)
         return tuple(dict.fromkeys(image for image in worn if image is not None))
 
     @property

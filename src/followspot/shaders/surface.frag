@@ -7,13 +7,14 @@
 #include "common/srgb.glsl"
 
 uniform sampler2D base_image;          // linear light; a is coverage
+uniform sampler2D layer_image;         // linear light, laid over that
 uniform sampler2DShadow shadow_atlas;  // depth from the lights, compared by the fetch
 uniform vec2 alpha_test;               // keep where a * x + y > 0
 
 in vec3 world_normal;
 in vec2 texcoord;
-#ifdef TINTED
-in vec4 tint;  // linear, that texels are multiplied by
+#if defined(TINTED) || defined(LAYERED)
+in vec4 tint;  // linear, that texels are multiplied by; or how far the layer covers them, its a
 #endif
 flat in float scale;
 #if LIGHTS > SHADOWS
@@ -105,7 +106,9 @@ void main() {
 #ifdef ALPHA_TEST
     if (texel.a * alpha_test.x + alpha_test.y <= 0.0) discard;
 #endif
-#ifdef TINTED
+#if defined(LAYERED) && !defined(ALBEDO)
+    texel.rgb = mix(texel.rgb, texture(layer_image, texcoord).rgb, tint.a);
+#elif defined(TINTED)
     texel *= tint;
 #endif
 #ifdef ALBEDO

@@ -6,7 +6,7 @@
 #include "common/object.glsl"
 
 in vec2 in_texcoord;
-#ifdef TINTED
+#if defined(TINTED) || defined(LAYERED)
 in vec4 in_tint;
 out vec4 tint;
 #endif
@@ -69,7 +69,7 @@ void main() {
     vec4 world = vertex_in_world();
     world_normal = normal_in_world();
     texcoord = in_texcoord;
-#ifdef TINTED
+#if defined(TINTED) || defined(LAYERED)
     tint = in_tint;
 #endif
     scale = output_scale.x;
