@@ -8,7 +8,13 @@ from numpy.typing import NDArray
 from followspot.arrays import Mask
 from followspot.assets.shader_values import BlendFactor
 from followspot.passes import drawlist
-from followspot.passes.drawlist import DrawList, boxes_in_frustum, cubes_in_frustum, frustum_planes
+from followspot.passes.drawlist import (
+    DrawList,
+    NearFirst,
+    boxes_in_frustum,
+    cubes_in_frustum,
+    frustum_planes,
+)
 from followspot.scene.camera import Camera
 from followspot.scene.material import Material
 from followspot.scene.mesh import Mesh
@@ -255,7 +261,7 @@ def test_lists_draw_every_chosen_triangle_once_with_its_material(data: st.DataOb
     kinds = len(set(mesh.faces["material"][chosen].tolist()))
     for faces in (
         all_casters(mesh, chosen, every),
-        drawlist.front_to_back(mesh, chosen, eye, none_last),
+        drawlist.front_to_back(mesh, chosen, NearFirst.seen_from(mesh, eye), none_last),
         drawlist.back_to_front(mesh, chosen, eye, none_last),
     ):
         np.testing.assert_array_equal(drawn(faces), triangles(mesh, chosen))
@@ -264,7 +270,10 @@ def test_lists_draw_every_chosen_triangle_once_with_its_material(data: st.DataOb
         assert [batch.first for batch in faces.batches] == [0, *ends][: len(ends)]
         assert len(faces.batches) >= kinds
     assert len(all_casters(mesh, chosen, every).batches) == kinds
-    assert len(drawlist.front_to_back(mesh, chosen, eye, none_last).batches) == kinds
+    assert (
+        len(drawlist.front_to_back(mesh, chosen, NearFirst.seen_from(mesh, eye), none_last).batches)
+        == kinds
+    )
 
 
 def test_back_to_front() -> None:
@@ -313,7 +322,7 @@ def test_front_to_back() -> None:
     )
     last = np.array([material is leaf for material in materials])
     every = np.ones(len(mesh.faces), bool)
-    faces = drawlist.front_to_back(mesh, every, vec3((0, 0, 5)), last)
+    faces = drawlist.front_to_back(mesh, every, NearFirst.seen_from(mesh, vec3((0, 0, 5))), last)
     assert [materials[batch.material] for batch in faces.batches] == [near, far, leaf]
     corners = mesh.vertices["position"][faces.indices[::6]]
     assert corners[:, 0].tolist() == [-20, 40, 60, -300, 10]
@@ -332,7 +341,12 @@ def test_nothing_chosen() -> None:
     none = np.zeros(len(mesh.faces), bool)
     for empty in (
         all_casters(mesh, none, np.arange(3, dtype=np.int32)),
-        drawlist.front_to_back(mesh, none, vec3((0, 0, 0)), np.zeros(len(materials), bool)),
+        drawlist.front_to_back(
+            mesh,
+            none,
+            NearFirst.seen_from(mesh, vec3((0, 0, 0))),
+            np.zeros(len(materials), bool),
+        ),
         drawlist.back_to_front(mesh, none, vec3((0, 0, 0)), np.zeros(len(materials), bool)),
     ):
         assert empty.batches == () and empty.triangle_count == 0

@@ -4,11 +4,12 @@ What is left after culling is drawn as one run of indices a material, near mater
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.arrays import Floats, Mask
+from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.binary import run_members
 from followspot.scene.mesh import Mesh
 from followspot.spaces import Mat4, Vec3
@@ -192,32 +193,50 @@ def casters(
     )
 
 
-def front_to_back(mesh: Mesh, chosen: Mask, eye: Vec3, last: Mask) -> DrawList:
+class NearFirst(NamedTuple):
+    """A mesh's faces by material, those of each by the distance of their boxes from a place.
+
+    Attributes:
+        order: (faces,) their numbers.
+        distance: (faces,) in units, in that order.
+    """
+
+    order: Ints
+    distance: Floats
+
+    @classmethod
+    def seen_from(cls, mesh: Mesh, eye: Vec3) -> "NearFirst":
+        """Sort all faces by their distance from a (3,) world position in units."""
+        faces = mesh.faces
+        gap = np.maximum(faces["mins"] - eye, 0) + np.maximum(eye - faces["maxs"], 0)
+        distance = np.linalg.norm(gap, axis=1)
+        order = np.lexsort((distance, faces["material"]))
+        return cls(order, distance[order])
+
+
+def front_to_back(mesh: Mesh, chosen: Mask, near_first: NearFirst, last: Mask) -> DrawList:
     """The chosen faces, one batch a material, roughly near ones first: fewer pixels shaded twice.
 
-    Materials come by the median distance of their boxes from the eye, the faces of each by their
-    own.
+    Materials come by the median distance of their faces, the faces of each by their own.
 
     Args:
         mesh: What to draw from.
         chosen: (faces,) which to draw.
-        eye: (3,) world position in units.
+        near_first: All of the mesh's faces.
         last: (materials,) those that come behind all others: cut-out ones, which cannot be
             rejected before they are shaded.
     """
-    faces = mesh.faces[chosen]
-    if not len(faces):
+    kept = np.flatnonzero(chosen[near_first.order])
+    if not len(kept):
         return NOTHING
-    material = faces["material"]
-    gap = np.maximum(faces["mins"] - eye, 0) + np.maximum(eye - faces["maxs"], 0)
-    distance = np.linalg.norm(gap, axis=1)
-    order = np.lexsort((distance, material))
-    starts = np.flatnonzero(np.diff(material[order], prepend=-1))
-    middle = (starts + np.append(starts[1:], len(order))) // 2
-    median = np.zeros(len(last))
-    median[material[order[starts]]] = distance[order[middle]]
-    order = np.lexsort((distance, material, median[material], last[material]))
-    return _cut(mesh, faces[order], material[order])
+    order = near_first.order[kept]
+    material = mesh.faces["material"][order]
+    starts = np.flatnonzero(np.diff(material, prepend=-1))
+    ends = np.append(starts[1:], len(order))
+    median = near_first.distance[kept[(starts + ends) // 2]]
+    runs = np.lexsort((median, last[material[starts]]))
+    order = order[run_members(starts[runs], (ends - starts)[runs])]
+    return _cut(mesh, mesh.faces[order], mesh.faces["material"][order])
 
 
 def back_to_front(mesh: Mesh, chosen: Mask, eye: Vec3, adds: Mask) -> DrawList:

@@ -6,7 +6,7 @@ from followspot import spaces
 from followspot.arrays import Ints, Mask
 from followspot.assets.shader_values import Sides
 from followspot.passes import drawlist
-from followspot.passes.drawlist import NOTHING
+from followspot.passes.drawlist import NOTHING, NearFirst
 from followspot.passes.shadow_fit import Receivers
 from followspot.scene.mesh import FLAT
 from followspot.scene.scene import Scene
@@ -46,7 +46,9 @@ class VisibleFaces:
         none, nowhere = np.zeros((0, 3), np.float32), np.zeros(0)
         self.receivers = Receivers(none, none, np.zeros((0, 8, 3)), nowhere, nowhere)
         self._listed: object = None
-        self._sorted: tuple[object, Mask] = (None, np.zeros(0, bool))
+        self._cell = b""
+        self._near_first = NearFirst(np.zeros(0, np.intp), np.zeros(0))
+        self._opaque = np.zeros(0, bool)
 
     def update(
         self,
@@ -84,12 +86,17 @@ class VisibleFaces:
         is_blended = self._is_blended[self._mesh.faces["material"]]
         opaque, blended = visible & ~is_blended, visible & is_blended
         cell = np.floor(viewpoint / SORT_CELL)
-        order = cell.tobytes()
-        same = order == self._sorted[0] and np.array_equal(opaque, self._sorted[1])
-        if not same:
-            self._sorted = order, opaque
+        is_sorted = cell.tobytes() == self._cell
+        if not is_sorted:
+            self._cell = cell.tobytes()
             middle = spaces.vec3((cell + 0.5) * SORT_CELL)
-            self.opaque = drawlist.front_to_back(self._mesh, opaque, middle, self._is_cut_out)
+            self._near_first = NearFirst.seen_from(self._mesh, middle)
+        same = is_sorted and np.array_equal(opaque, self._opaque)
+        if not same:
+            self._opaque = opaque
+            self.opaque = drawlist.front_to_back(
+                self._mesh, opaque, self._near_first, self._is_cut_out
+            )
         nothing_blended = not blended.any() and not self.blended.batches
         self.blended = drawlist.back_to_front(self._mesh, blended, viewpoint, self._adds)
         return not (same and nothing_blended)
