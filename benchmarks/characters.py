@@ -20,7 +20,6 @@ import ours
 from common import View
 
 from followspot.passes.frame import FrameInput
-from followspot.passes.lighting import in_order
 from followspot.scene.camera import Camera
 from followspot.scene.load import load
 from followspot.scene.scene import Scene
@@ -65,8 +64,7 @@ def frames_ms(
     renderer: ours.Renderer, scene: Scene, camera: Camera, start: int, count: int
 ) -> Iterator[tuple[float, float]]:
     """Milliseconds of whole frames, and of the processor's share, as the characters move on."""
-    lights = in_order(scene.lights)
-    frame = FrameInput(scene, camera, lights, scene.settings, exposure=1.0)
+    frame = FrameInput(scene, camera, scene.settings, exposure=1.0)
     for number in range(start, start + count):
         moment = replace(frame, time=number / 60)
         begin = time.perf_counter()
@@ -90,9 +88,7 @@ def in_view(
                 drawn = frames_ms(renderer, scene, scene.camera("eye"), turn * frames, frames)
                 found.append(common.median([whole for whole, _ in drawn]))
         renderer, scene = scenes[1]
-        moment = FrameInput(
-            scene, scene.camera("eye"), in_order(scene.lights), scene.settings, 1.0, time=0.5
-        )
+        moment = FrameInput(scene, scene.camera("eye"), scene.settings, 1.0, time=0.5)
         report = renderer.draw(moment)
         if report.characters != 16:
             raise common.BenchmarkError(f"{report.characters} of 16 characters are in view")

@@ -6,7 +6,7 @@ import numpy as np
 from followspot.gpu import program
 from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import encode_srgb, release_framebuffer
-from followspot.passes.programs import SHADOW_ATLAS, Shader
+from followspot.passes.programs import SHADOW_ATLAS, over_picture
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.shadow_fit import ShadowFrustum
 
@@ -26,13 +26,7 @@ class ShadowPreview:
         self._framebuffer: moderngl.Framebuffer | None = None
         self._texture: moderngl.Texture | None = None
         self._numbers = context.sampler(compare_func="")  # the atlas compares by itself
-        self._shader = Shader(
-            context,
-            ShaderFolder(),
-            "distance",
-            lambda distance: [context.vertex_array(distance, [])],
-            vertex="average",
-        )
+        self._shader = over_picture(context, ShaderFolder(), "distance")
         self._drawn: object = None
         self._frustum: ShadowFrustum | None = None
         self._between = (0.0, 1.0)

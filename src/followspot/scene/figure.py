@@ -17,11 +17,9 @@ from followspot.assets.md2 import Md2Model
 from followspot.assets.md3 import Md3Model
 from followspot.assets.player import PARTS, Player
 from followspot.errors import AssetError
+from followspot.game import FLOOR_BELOW_PLAYER
 from followspot.scene.material import Material
 from followspot.spaces import Mat4
-
-FLOOR_BELOW_PLAYER = 24.0
-"""Units from a player's origin down to its feet (the game's ``MINS_Z``)."""
 
 STILL = Animation(first=0, count=1, looping=0, fps=1.0)
 """What a figure without animations does."""
