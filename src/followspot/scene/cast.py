@@ -66,7 +66,7 @@ def _character(
         if entry.animation is None:
             first = _running(figure)
             plays = [(first, 0.0)]
-        speed = entry.speed or walk.stride_speed(figure, first.legs) or walk.RUN_SPEED
+        speed = entry.speed or walk.fitting_speed(figure, first.legs)
         way = walk.along(entry.path, speed, is_closed=entry.closed)
         if not entry.closed:
             plays.append((figure.tracks(), way.length / speed))
