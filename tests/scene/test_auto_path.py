@@ -89,6 +89,26 @@ def test_it_is_smooth(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", LEVELS)
+def test_it_keeps_off_walls_where_it_can(name: str) -> None:
+    """It comes near to them for moments, which narrow doors take."""
+    scene, path = found(name)
+    eyes = path.positions(np.linspace(0, SECONDS, 700))
+    assert OpenSpace(scene.level, 32.0).is_free(eyes).mean() > 0.85
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_it_hardly_accelerates(name: str) -> None:
+    """Over tenths of a second; where the way turns back, the camera does so at one moment."""
+    scene, path = found(name)
+    for tried in (path, auto_path.find(scene, 60.0)) if name == "aggressor" else (path,):
+        times = np.arange(0, tried.seconds, 0.01)
+        velocity = np.diff(tried.positions(times), axis=0) / 0.01
+        acceleration = np.linalg.norm(velocity[10:] - velocity[:-10], axis=1) / 0.1
+        assert acceleration.max() < 2 * auto_path.ACCELERATION
+        assert np.quantile(acceleration, 0.95) < 1.5 * auto_path.ACCELERATION
+
+
+@pytest.mark.parametrize("name", LEVELS)
 def test_it_goes_somewhere(name: str) -> None:
     scene, path = found(name)
     positions = path.positions(np.linspace(0, SECONDS, 500))

@@ -6,15 +6,12 @@ from numpy.typing import NDArray
 
 from figures import at, figure, key, puppet
 from followspot.assets.animation import Animation
-from followspot.assets.archive import Archive
-from followspot.assets.locate import search_path
-from followspot.assets.player import list_players, load_player
 from followspot.errors import AssetError, UsageError
 from followspot.scene import walk
 from followspot.scene.character import SLOTS, Character, Crowd
-from followspot.scene.figure import STILL, Figure, FigurePart, Tracks, from_player
+from followspot.scene.figure import STILL, Figure, FigurePart, Tracks
 from followspot.scene.material import Material
-from synthetic import box, rotation, turned
+from synthetic import box, rotation
 
 BODY = box((-4, -4, -8), (4, 4, 8))
 
@@ -216,32 +213,3 @@ def test_a_way_there_and_back_has_headings() -> None:
 def test_ways_that_are_none(points: list[tuple[float, float, float]]) -> None:
     with pytest.raises(UsageError, match="a path of 1 to"):
         walk.along(points, 100.0)
-
-
-def test_speed_of_a_run_is_that_of_the_standing_foot() -> None:
-    """Two feet in turn: the one on the floor goes back by 20 units a frame, 200 a second."""
-    frames = []
-    for k in range(4):
-        down, up = k % 2, 1 - k % 2
-        feet = [0.0, 0.0]
-        feet[down], feet[up] = 0.0, 12.0
-        pieces = []
-        for side in (0, 1):
-            x = {0: 20.0, 1: 0.0, 2: -20.0, 3: 0.0}[(k + 2 * side) % 4]
-            z = 0.0 if (k + 2 * side) % 4 in (0, 1, 2) else 14.0
-            pieces += turned(box((-2, -2, 0), (2, 2, 4)), np.eye(3), (x, 10.0 * side, z))
-        frames.append(pieces)
-    legs = Animation(0, 4, 4, 10.0)
-    assert walk.stride_speed(figure(frames, {"run": legs}), legs) == pytest.approx(200.0)
-    assert walk.stride_speed(figure(frames), STILL) == 0.0
-
-
-@pytest.mark.openarena
-def test_openarenas_players_run_without_sliding() -> None:
-    """A speed in a runner's range for nearly all; those who float have none."""
-    with Archive.open(search_path(())) as archive:
-        players = [from_player(load_player(archive, n), Material) for n in list_players(archive)]
-    speeds = {p.name: walk.stride_speed(p, p.tracks("run").legs) for p in players}
-    assert all(60 <= speed <= 400 or speed == 0 for speed in speeds.values()), speeds
-    assert sum(speed > 0 for speed in speeds.values()) >= 14, speeds
-    assert all(30 < player.radius < 120 for player in players)

@@ -2,26 +2,25 @@
 
 Open space is looked at on a lattice of points with room around them. A tour goes from stop to stop,
 which are spawn points and open places, through the lattice's largest part: always on to the nearest
-stop that has not been passed, preferably by ways not yet gone. Its zigzag is then pulled smooth as
-far as the walls permit, and the camera looks ahead along it, turning slowly.
+stop that has not been passed, preferably by ways not yet gone. Its zigzag is then made smooth, as
+far as the walls permit and away from them, and the camera looks ahead along it, turning slowly.
 """
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.errors import UsageError
-from followspot.scene.lattice import ROOM, Lattice
+from followspot.scene.lattice import Lattice
 from followspot.scene.level import Level
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.path import CameraPath, Key
 from followspot.scene.scene import Scene, spawn_cameras
-
-Array = NDArray[np.float64]
+from followspot.scene.smooth_way import STEP, arc_lengths, at_arc, smoothed
 
 MARGIN = 16.0
-"""Units that the camera keeps from every wall, along each axis."""
+"""Units that the camera keeps from every wall, along each axis; from most, more (`smooth_way`)."""
 
 SPEED = 256.0
 """Units a second: the game's players run at 320. Small levels are flown through more slowly."""
@@ -33,14 +32,12 @@ LONGEST = 120.0
 """Seconds of flight that are looked for; longer films fly more slowly."""
 
 ACCELERATION = 250.0
-"""Units per second squared that bends and braking before them are planned with. Where the curve is
-smoothed afterwards, it may be up to three times as much for a moment."""
+"""Units per second squared that bends and braking before them are planned with, each by itself.
+From one tenth of a second to the next it is at most twice as much, where the way turns back."""
 
-_STEP = 4.0  # units between points of the curve
-_BLUR = 96.0  # units, a standard deviation
 _LOOK_AHEAD = 220.0  # units
 _RATE = 120  # looks a second at where the camera is
-_FINER_AND_FINER = ((0.2, 0.4), (0.2, 0.2), (0.1, 0.2), (0.1, 0.1), (0.03, 0.1), (0.01, 0.05))
+_FINER_AND_FINER = ((0.25, 0.1), (0.15, 0.1), (0.1, 0.1), (0.03, 0.1), (0.01, 0.05))
 """Seconds that a place is blurred over, and from key to key: the first that keeps the margin."""
 
 
@@ -53,7 +50,7 @@ def find(scene: Scene, seconds: float) -> CameraPath:
     if not len(scene.level.bsp.models):
         raise UsageError(f"{scene.name}: expected a level to fly through, found a model alone")
     lattice = Lattice.of(scene.level)
-    curve = _smoothed(scene.level, _tour(lattice, *_stops(scene, lattice), seconds))
+    curve = smoothed(scene.level, _tour(lattice, *_stops(scene, lattice), seconds))
     return _with_camera(scene.level, curve, seconds, _speed(lattice))
 
 
@@ -97,7 +94,7 @@ def _stops(scene: Scene, lattice: Lattice) -> tuple[list[int], int]:
     return stops, max(stops[: max(spawns, 1)], key=lambda cell: clearance[cell])
 
 
-def _tour(lattice: Lattice, stops: list[int], start: int, seconds: float) -> Array:
+def _tour(lattice: Lattice, stops: list[int], start: int, seconds: float) -> Floats:
     """(n, 3) lattice points on the way from stop to stop, long enough for the film."""
     wanted = 2 * _speed(lattice) * min(seconds, LONGEST) + 4 * _LOOK_AHEAD
     cost = np.where(lattice.open, 5 - lattice.clearance(4), 0)
@@ -120,95 +117,19 @@ def _tour(lattice: Lattice, stops: list[int], start: int, seconds: float) -> Arr
     return lattice.points(np.array(route))
 
 
-def _smoothed(level: Level, points: Array) -> Array:
-    """(n, 3) points _STEP apart on a smooth curve near a route, free of walls.
-
-    First the route is pulled straight like a rubber band, which stays in roomy places once it is
-    there; then it is blurred, as widely as the walls permit from place to place.
-    """
-    tight, roomy = OpenSpace(level, ROOM), OpenSpace(level, 2 * MARGIN)
-    points = _pulled(points, tight, roomy, 100)
-    points = _pulled(_freed(_spaced(points, _STEP), tight), tight, roomy, 60)
-    width = np.full(len(points), _BLUR / _STEP)  # standard deviations of the blur, in steps
-    while True:
-        curve = _blurred(points, width)
-        blocked = ~tight.is_free(curve)
-        if not blocked.any() or width.min() < 0.05:
-            return _freed(_spaced(curve, _STEP), tight)
-        near = _blurred(
-            blocked[:, np.newaxis].astype(np.float64), np.full(len(points), _BLUR / _STEP)
-        )
-        width *= np.where(near[:, 0] > 0.01, 0.7, 1.0)
-
-
-def _pulled(points: Array, tight: OpenSpace, roomy: OpenSpace, times: int) -> Array:
-    """(n, 3) points moved halfway to the middle of their neighbours, where there is room."""
-    has_room = roomy.is_free(points)
-    for _ in range(times):
-        moved = points.copy()
-        moved[1:-1] += ((points[:-2] + points[2:]) / 2 - points[1:-1]) / 2
-        gets_room = roomy.is_free(moved)
-        may = gets_room.copy()
-        unsure = ~gets_room & ~has_room
-        may[unsure] = tight.is_free(moved[unsure])
-        points = np.where(may[:, np.newaxis], moved, points)
-        has_room = np.where(may, gets_room, has_room)
-    return points
-
-
-def _freed(points: Array, tight: OpenSpace) -> Array:
-    """(n, 3) points, those too near to a wall (the band cuts corners) moved to the nearest room."""
-    around = np.stack(np.meshgrid(*[np.arange(-12, 13, 4)] * 3, indexing="ij"), axis=-1)
-    around = around.reshape(-1, 3)[np.argsort(np.linalg.norm(around.reshape(-1, 3), axis=1))]
-    blocked = np.flatnonzero(~tight.is_free(points))
-    tries = (points[blocked, np.newaxis] + around).reshape(-1, 3)
-    nearest = tight.is_free(tries).reshape(len(blocked), len(around)).argmax(axis=1)
-    freed = points.copy()
-    freed[blocked] += around[nearest]
-    return freed
-
-
-def _blurred(values: Array, width: Array) -> Array:
-    """(n, c) values under Gaussians whose standard deviation changes along the way."""
-    shift = np.arange(-math.ceil(3 * width.max(initial=1)), math.ceil(3 * width.max(initial=1)) + 1)
-    weight = np.exp(-0.5 * (shift / np.maximum(width, 1e-3)[:, np.newaxis]) ** 2)
-    # Ends stay where they are: beyond them, the way goes on as it came, turned about the end.
-    index = np.arange(len(values))[:, np.newaxis] + shift
-    inside = np.clip(index, 0, len(values) - 1)
-    mirrored = np.clip(2 * inside - index, 0, len(values) - 1)
-    taken = 2 * values[inside] - values[mirrored]
-    return np.asarray((weight[..., np.newaxis] * taken).sum(axis=1) / weight.sum(axis=1)[:, None])
-
-
-def _arc(points: Array) -> Array:
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def _at(points: Array, arc: Array) -> Array:
-    """(n, 3) points of a polyline at arc lengths."""
-    lengths = _arc(points)
-    return np.stack([np.interp(arc, lengths, points[:, k]) for k in range(3)], axis=1)
-
-
-def _spaced(points: Array, step: float) -> Array:
-    length = float(_arc(points)[-1])
-    return _at(points, np.linspace(0, length, max(2, math.ceil(length / step) + 1)))
-
-
-def _with_camera(level: Level, curve: Array, seconds: float, speed: float) -> CameraPath:
+def _with_camera(level: Level, curve: Floats, seconds: float, speed: float) -> CameraPath:
     """A path along a curve, with keys as close as it takes to keep the margin."""
-    total = float(_arc(curve)[-1])
+    total = float(arc_lengths(curve)[-1])
     moments = _moments(curve, speed)
     duration = min(seconds, float(moments[-1]))
-    lengths = _arc(curve)
+    lengths = arc_lengths(curve)
 
-    def arc(times: Array) -> Array:
+    def arc(times: Floats) -> Floats:
         return np.asarray(np.interp(times / seconds * duration, moments, lengths))
 
     fine = np.linspace(0, seconds, max(2, math.ceil(seconds * _RATE) + 1))
     step = seconds / (len(fine) - 1)
-    here, there = (_at(curve, arc(fine) + shift) for shift in (0.0, min(_LOOK_AHEAD, total / 4)))
+    here, there = (at_arc(curve, arc(fine) + shift) for shift in (0.0, min(_LOOK_AHEAD, total / 4)))
     angles = _turned_slowly(there - here, step)
     room = OpenSpace(level, MARGIN)
     for blur, gap in _FINER_AND_FINER:
@@ -224,17 +145,17 @@ def _with_camera(level: Level, curve: Array, seconds: float, speed: float) -> Ca
     return path
 
 
-def _moments(curve: Array, speed: float) -> Array:
+def _moments(curve: Floats, speed: float) -> Floats:
     """(n,) seconds at which the camera is at each point of a curve: slower where it bends.
 
     The sideways acceleration that a bend asks for is bounded, and so is braking before it.
     """
-    step = np.diff(_arc(curve))
-    reach = round(24 / _STEP)  # points on either side that a bend is measured over
+    step = np.diff(arc_lengths(curve))
+    reach = round(24 / STEP)  # points on either side that a bend is measured over
     padded = np.pad(curve, ((reach, reach), (0, 0)), mode="edge")
     bend = np.linalg.norm(padded[2 * reach :] - 2 * curve + padded[: -2 * reach], axis=1)
     bend[:reach] = bend[len(bend) - reach :] = 0
-    curvature = bend / (reach * _STEP) ** 2
+    curvature = bend / (reach * STEP) ** 2
     limit = np.minimum(speed, np.sqrt(ACCELERATION / np.maximum(curvature, 1e-9)))
     # The fastest that brakes in time for what is ahead: v^2 = u^2 + 2 a s, both ways.
     squares = limit**2 / (2 * ACCELERATION)
@@ -245,7 +166,7 @@ def _moments(curve: Array, speed: float) -> Array:
     return np.concatenate([[0.0], np.cumsum(2 * step / (pace[1:] + pace[:-1]))])
 
 
-def _turned_slowly(direction: Array, step: float) -> Array:
+def _turned_slowly(direction: Floats, step: float) -> Floats:
     """(n, 2) yaw and pitch in degrees that follow directions, `step` seconds apart, smoothly."""
     flat = np.hypot(direction[:, 0], direction[:, 1])
     if not flat.any():  # no way to go: the camera looks around
@@ -261,10 +182,10 @@ def _turned_slowly(direction: Array, step: float) -> Array:
     return turned
 
 
-def _blurred_flat(values: Array, width: float) -> Array:
-    """(n, c) values under one Gaussian; beyond the ends they stay the same."""
+def _blurred_flat(values: Floats, width: float) -> Floats:
+    """(n, c) values under one Gaussian; beyond the ends they go on as they came."""
     reach = math.ceil(3 * width)
     weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
-    padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
+    padded = np.pad(values, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
     columns = [np.convolve(column, weight / weight.sum(), mode="valid") for column in padded.T]
     return np.stack(columns, axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 from followspot.assets.archive import Archive
 from followspot.assets.player import list_players
 from followspot.errors import AssetError, UsageError, asked_by
-from followspot.game import EYE_HEIGHT, RUN_SPEED, STEP_HEIGHT
+from followspot.game import EYE_HEIGHT, STEP_HEIGHT
 from followspot.scene import walk
 from followspot.scene.camera import Camera
 from followspot.scene.cast_file import CharacterEntry
@@ -62,7 +62,7 @@ def _character(
         if entry.animation is None:
             first = _running(figure)
             plays = [(first, 0.0)]
-        speed = entry.speed or walk.stride_speed(figure, first.legs) or RUN_SPEED
+        speed = entry.speed or walk.fitting_speed(figure, first.legs)
         way = walk.along(entry.path, speed, is_closed=entry.closed)
         if not entry.closed:
             plays.append((figure.tracks(), way.length / speed))

@@ -16,7 +16,8 @@ clock = 0.3                   # seconds by which it is ahead of the others
 model = "player:penguin"
 path = [[0, 0, 40], [200, 0, 40], [200, 300, 40]]
 closed = true                 # and back to the first point; else it stops at the last
-speed = 200                   # units a second, else what fits its steps
+speed = 200                   # units a second, else what fits its steps; of what has none (it
+                              # hops or floats) the game's: 320, walking 160, crouched 80
 """
 
 from collections.abc import Sequence

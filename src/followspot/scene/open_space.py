@@ -13,14 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Mask
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import FaceType
 from followspot.assets.surface_flags import Contents
 from followspot.scene import bsp_tree
 from followspot.scene.level import Level
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 VOXEL = 8.0
 """Units: drawn surfaces are known to this resolution, or less where there are very many."""
@@ -123,7 +121,9 @@ class OpenSpace:
         wanted[world["first_brush"] + world["brush_count"] :] = False
         return _BrushGrid.of(np.flatnonzero(wanted), mins, maxs)
 
-    def _heights(self, plane: NDArray[np.integer[Any]], points: NDArray[np.floating[Any]]) -> Array:
+    def _heights(
+        self, plane: NDArray[np.integer[Any]], points: NDArray[np.floating[Any]]
+    ) -> Floats:
         """(n,) of points above planes."""
         planes = self._bsp.planes[plane]
         dots = np.einsum("ij,ij->i", planes["normal"], points, dtype=np.float64)
@@ -159,7 +159,7 @@ def _drawn_voxels(level: Level) -> tuple[float, NDArray[np.int64]]:
     return voxel, _distinct(_keys(places))
 
 
-def _drawn_triangles(level: Level) -> Array:
+def _drawn_triangles(level: Level) -> Floats:
     """(t, 3, 3) corners of opaque triangles in the level's box that are no brush of the world.
 
     They are cut into pieces of at most LARGE units; levels may have a landscape around them.
@@ -186,7 +186,7 @@ def _drawn_triangles(level: Level) -> Array:
     return np.concatenate(done)
 
 
-def _has_solid_behind(level: Level, triangles: Array) -> Mask:
+def _has_solid_behind(level: Level, triangles: Floats) -> Mask:
     """(t,) whether (t, 3, 3) triangles are sides of something solid, behind their middles.
 
     Compilers write flat patches and models as they write brushes, and brushes may be drawn in solid
@@ -215,17 +215,17 @@ class _BrushGrid:
         maxs: Likewise.
     """
 
-    origin: Array
+    origin: Floats
     edge: float
     shape: NDArray[np.int64]
     first: NDArray[np.int64]
     count: NDArray[np.int64]
     brushes: NDArray[np.int64]
-    mins: Array
-    maxs: Array
+    mins: Floats
+    maxs: Floats
 
     @classmethod
-    def of(cls, brushes: NDArray[np.int64], mins: Array, maxs: Array) -> "_BrushGrid":
+    def of(cls, brushes: NDArray[np.int64], mins: Floats, maxs: Floats) -> "_BrushGrid":
         """The grid of some of the brushes, with cells as small as they can well be."""
         low, high = mins[brushes], maxs[brushes]
         origin = low.min(axis=0, initial=np.inf)
@@ -261,7 +261,7 @@ class _BrushGrid:
         return np.asarray(np.ravel_multi_index(tuple(index.T), tuple(self.shape)))
 
 
-def _quartered(triangles: Array) -> Array:
+def _quartered(triangles: Floats) -> Floats:
     """(4t, 3, 3) the triangles between the corners and the edges' middles."""
     a, b, c = np.moveaxis(triangles, 1, 0)
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
@@ -269,7 +269,7 @@ def _quartered(triangles: Array) -> Array:
     return np.concatenate([np.stack(piece, axis=1) for piece in pieces])
 
 
-def _spread(triangles: Array, gap: float) -> Array:
+def _spread(triangles: Floats, gap: float) -> Floats:
     """(n, 3) points on (t, 3, 3) triangles, at most `gap` apart along their edges."""
     a, ab, ac = (
         triangles[:, 0],

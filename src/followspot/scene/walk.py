@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from followspot.assets.animation import Animation
 from followspot.errors import UsageError
+from followspot.game import RUN_SPEED
 from followspot.scene.figure import Figure
 
 SPACING = 8.0
@@ -15,8 +16,9 @@ SPACING = 8.0
 TURN = 24.0
 """Units before and behind a place between which its heading is taken: corners are rounded."""
 
-RUN_SPEED = 320.0
-"""Units a second of a player in the game (``g_speed``), for animations without steps."""
+_SHARES = {"walk": 0.5, "walkcr": 0.25}
+"""Of the running speed, in animations that the game plays at less: its walking button halves what
+is asked for, and crouching quarters it (``pm_duckScale``)."""
 
 MAX_LENGTH = 1e6
 """Units of the longest way."""
@@ -24,8 +26,11 @@ MAX_LENGTH = 1e6
 _CONTACT = 2.0
 """Units above the lowest vertex within which a foot stands on the floor."""
 
-_SLOWEST = 60.0
-"""Units a second: what moves back more slowly is no foot, but the hem of something that floats."""
+_SLOWEST = 10.0
+"""Units a second, 0.3 m: what moves back more slowly is the swaying of who stands."""
+
+_MOST_SLIDE = 0.9
+"""Of the way that a figure makes: where standing feet slide farther, they are none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,20 +98,50 @@ def along(points: ArrayLike, speed: float, *, is_closed: bool = False) -> Walk:
     return Walk(places, length / count, speed, is_closed)
 
 
-def stride_speed(figure: Figure, legs: Animation) -> float:
-    """Units a second at which feet on the floor don't slide; 0 where no foot tells.
+def fitting_speed(figure: Figure, legs: Animation) -> float:
+    """Units a second at which a figure goes: as its stride wants it, else as in the game."""
+    named = (share for name, share in _SHARES.items() if _is_named(figure, legs, name))
+    return stride_speed(figure, legs) or RUN_SPEED * next(named, 1.0)
 
-    While a foot stands, it moves back under the body as fast as the body moves on. So of each two
-    neighbouring frames the vertices next to the floor are looked at: the median of the speeds at
-    which they move back, if they do, is the figure's.
+
+def _is_named(figure: Figure, legs: Animation, name: str) -> bool:
+    return legs in (figure.animations.get(full) for full in (name, f"legs_{name}"))
+
+
+def stride_speed(figure: Figure, legs: Animation) -> float:
+    """Units a second at which feet on the floor hardly slide; 0 where no foot tells.
+
+    While a foot stands, it moves back under the body as fast as the body moves on. So what is next
+    to the floor and moves back is looked at, from each key frame of the loop to the next one: the
+    speed is the median over these steps of the medians within them. None counts where fewer than
+    half of the steps have such a foot (hopping), or where feet slide nearly as far as the
+    figure gets on (a tail that sweeps the floor).
     """
     lower = next((part for part in figure.parts if part.slot == 0), None)
     if lower is None or not lower.vertex_count or legs.count < 2:
         return 0.0
-    steps = np.arange(legs.count if legs.looping == legs.count else legs.count - 1)
-    pose = legs.pose((steps + 0.5) / legs.fps)  # in the middle, where rounding moves no frame
-    a, b = (lower.positions[f].astype(np.float64) for f in (pose.frame, pose.next_frame))
-    height = np.maximum(a[..., 2], b[..., 2])
-    back = (a - b)[height <= height.min() + _CONTACT][:, 0] * legs.fps
-    speed = float(np.median(back[back > 0])) if (back > 0).any() else 0.0
-    return speed if speed >= _SLOWEST else 0.0
+    # Frames before the loop are shown once; of what does not loop, none follows the last frame.
+    loops = legs.looping >= 2
+    first = legs.count - legs.looping if loops else 0
+    steps = np.arange(first, legs.count - (not loops), dtype=np.float64)
+    before, after = (
+        lower.positions[legs.frame_at(k)].astype(np.float64) for k in (steps, steps + 1)
+    )
+    back = (before - after)[..., :2] * legs.fps
+    height = np.maximum(before[..., 2], after[..., 2])
+    lowest = height.min(axis=1, keepdims=True)
+    stands = (height <= lowest + _CONTACT) & (back[..., 0] > 0)
+    # In a run, both feet may be in the air; heights of standing feet differ a little, too.
+    on_floor = (lowest <= np.quantile(lowest, 0.25) + _CONTACT)[:, 0]
+    tells = on_floor & stands.any(axis=1)
+    if 2 * np.count_nonzero(tells) < np.count_nonzero(on_floor):
+        return 0.0
+    stands, back = stands[tells], back[tells]
+    speed = float(np.median(_medians(back[..., 0], stands)))
+    slide = _medians(np.hypot(back[..., 0] - speed, back[..., 1]), stands).mean()
+    return speed if speed >= _SLOWEST and slide <= _MOST_SLIDE * speed else 0.0
+
+
+def _medians(values: NDArray[np.float64], chosen: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """(n,) the median of each row of (n, vertices) values, of its chosen ones alone."""
+    return np.asarray(np.nanmedian(np.where(chosen, values, np.nan), axis=1))
