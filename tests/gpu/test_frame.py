@@ -472,3 +472,17 @@ def test_unknown_views_and_cameras(renderer: Renderer) -> None:
     with pytest.raises(UsageError, match="no camera is named 'roof'; there are door"):
         renderer.render(scene, "roof")
     assert set(renderer.render(scene, "door", ["final", View.DEPTH])) == {View.FINAL, View.DEPTH}
+
+
+def test_shading_is_metered_by_itself_and_the_other_stages_as_parts_of_the_picture(
+    renderer: Renderer,
+) -> None:
+    """Of a scene whose surfaces have all one albedo, the picture and its shading look the same."""
+    scene, down = make_scene([floor()], point((30, 20, 80), 200)), camera((0, 0, 200), pitch=90)
+    dark = Settings(albedo=0.05)
+    stages = [View.FINAL, View.SHADING, View.DIRECT]
+    shown = renderer.render(scene, down, stages, settings=dark)
+    assert abs(shown[View.SHADING].astype(int) - shown[View.FINAL]).max() <= 1
+    np.testing.assert_array_equal(shown[View.DIRECT], shown[View.FINAL])  # there is no sky light
+    given = renderer.render(scene, down, stages, settings=Settings(albedo=0.05, exposure=0.5))
+    assert (given[View.SHADING].astype(int) - given[View.FINAL]).max() > 20

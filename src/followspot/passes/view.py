@@ -31,6 +31,13 @@ class View(enum.StrEnum):
         return self in (View.FINAL, View.SHADING, View.DIRECT, View.ENVIRONMENT)
 
     @property
+    def metered(self) -> "View":
+        """The view that an automatic exposure is measured in: the final one, so that its parts
+        compare with it; but surfaces of albedo 1 are brighter than anything in that.
+        """
+        return View.SHADING if self is View.SHADING else View.FINAL
+
+    @property
     def is_encoded(self) -> bool:
         """Whether the display needs the sRGB curve: linear light or reflectance."""
         return self.is_light or self is View.LAMBERTIAN

@@ -83,10 +83,9 @@ def make(
 
 def draw(renderer: Renderer, scene: Scene, camera: Camera, figure: Figure) -> NDArray[np.uint8]:
     """One figure, (h, w, 3); the final pictures share the exposure of the full one."""
-    lit = View.SHADING if figure.view is View.SHADING else View.FINAL
     settings = msgspec.structs.replace(
         scene.settings,
-        exposure=renderer.exposure(scene, camera, view=lit),
+        exposure=renderer.exposure(scene, camera, view=figure.view.metered),
         shadows=figure.shadows and scene.settings.shadows,
         sky_light=figure.sky_light and scene.settings.sky_light,
     )

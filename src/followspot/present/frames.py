@@ -160,7 +160,7 @@ def exposures_for(scene: Scene, path: CameraPath, view: View) -> tuple[float, ..
     count = max(2, math.ceil(path.seconds / ADAPTING) + 1)
     with Renderer((160, 120)) as renderer:
         measured = [
-            renderer.exposure(scene, path.camera(time), time=time)
+            renderer.exposure(scene, path.camera(time), view=view.metered, time=time)
             for time in np.linspace(0, path.seconds, count).tolist()
         ]
     before, here, behind = (np.pad(np.log(measured), 1, "edge")[k : k + count] for k in range(3))

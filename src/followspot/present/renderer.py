@@ -147,10 +147,15 @@ class Renderer:
             scene, camera, settings, 1.0, time=time, overlays=shown, culled_from=culled_from
         )
         self.open(scene)
-        if not linear and any(view.is_light for view in wanted):
-            frame = replace(frame, exposure=self.exposure(scene, camera, settings, time=time))
+        metered = {view.metered for view in wanted if view.is_light and not linear}
+        exposures = {view: self.exposure(scene, camera, settings, view, time) for view in metered}
         self._make_current()
-        return {view: self._picture(replace(frame, view=view), linear) for view in wanted}
+        return {
+            view: self._picture(
+                replace(frame, view=view, exposure=exposures.get(view.metered, 1.0)), linear
+            )
+            for view in wanted
+        }
 
     def _picture(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
         if frame.view is View.SHADOW_MAP:

@@ -16,12 +16,16 @@ def prepared(renderer: Renderer, state: State) -> State:
         AssetError, UsageError: it cannot be drawn.
     """
     renderer.open(state.scene)
-    shows_light = any(look.view.is_light for look in state.looks)
-    if not shows_light or state.settings.exposure or state.measured_exposure:
+    metered = {look.view.metered for look in state.looks if look.view.is_light}
+    missing = metered - state.measured_exposures.keys()
+    if state.settings.exposure or not missing:
         return state
     settings = state.look.settings(state.settings)
-    exposure = renderer.exposure(state.lit, state.camera, settings, time=state.time)
-    return replace(state, measured_exposure=exposure)
+    measured = {
+        view: renderer.exposure(state.lit, state.camera, settings, view, state.time)
+        for view in missing
+    }
+    return replace(state, measured_exposures={**state.measured_exposures, **measured})
 
 
 def draw(renderer: Renderer, state: State, target: Target | None = None) -> FrameReport:

@@ -114,7 +114,7 @@ def _after_keys(state: State) -> State:
         state = replace(state, culled_from=None if state.culled_from else state.camera)
     if _pressed(Key.x):
         state = state.with_settings(exposure=None)
-        state = replace(state, measured_exposure=None)
+        state = replace(state, measured_exposures={})
     if _pressed(Key.p):
         state = replace(state, runs=not state.runs)
     if _pressed(Key.f2):

@@ -43,7 +43,8 @@ def as_command(state: State, size: tuple[int, int]) -> str:
         words.append(f"--culled-from={_place(state.culled_from)}")
     if _has_own_lights(state):
         words += [f"--light={_light(lamp.light)}" for lamp in state.lamps if lamp.is_on]
-    settings = msgspec.structs.replace(look.settings(state.settings), exposure=state.exposure)
+    exposure = state.exposure_of(look.view)
+    settings = msgspec.structs.replace(look.settings(state.settings), exposure=exposure)
     words += [f"--set={change}" for change in _changes(state.scene.settings, settings)]
     if len(state.scene.crowd):
         words.append(f"--time={state.time!r}")

@@ -2,6 +2,7 @@
 
 import enum
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
@@ -142,8 +143,8 @@ class State:
         divider: Share of the width that is left of the split.
         overlays: Lines drawn over the picture.
         culled_from: A camera that decides in place of the flying one what is drawn.
-        measured_exposure: What suited the view when it was measured last; holds while the
-            settings give none.
+        measured_exposures: What suited the views that are metered when they were measured last;
+            they hold while the settings give none.
         time: Seconds by which characters move.
         runs: Whether that time goes on.
         selected: Number of the lamp that is being edited.
@@ -179,7 +180,7 @@ class State:
     divider: float = 0.5
     overlays: frozenset[Overlay] = frozenset()
     culled_from: Camera | None = None
-    measured_exposure: float | None = None
+    measured_exposures: Mapping[View, float] = field(default_factory=dict)
     time: float = 0.0
     runs: bool = True
     selected: int | None = None
@@ -229,7 +230,7 @@ class State:
             environment_constant=new.environment_constant,
             flight=replace(new.flight, speed=self.flight.speed),
             culled_from=None,
-            measured_exposure=None,
+            measured_exposures={},
             time=0.0,
             selected=None,
             asked=Asked(),
@@ -244,7 +245,7 @@ class State:
 
     def jumped(self, camera: Camera) -> "State":
         """The camera elsewhere; the exposure is measured anew there."""
-        return replace(self, flight=self.flight.at(camera), measured_exposure=None)
+        return replace(self, flight=self.flight.at(camera), measured_exposures={})
 
     def with_view(self, name: str) -> "State":
         """The camera as one of the scene's views, which may be there already."""
@@ -285,10 +286,9 @@ class State:
         fps, limit = self.recording.fps, self.frame_limit
         return min(fps, limit) if self.recording.is_stepped else limit
 
-    @property
-    def exposure(self) -> float:
+    def exposure_of(self, view: View) -> float:
         """Display value per radiance."""
-        return self.settings.exposure or self.measured_exposure or 1.0
+        return self.settings.exposure or self.measured_exposures.get(view.metered, 1.0)
 
     @property
     def lit(self) -> Scene:
@@ -306,7 +306,7 @@ class State:
             scene=self.lit,
             camera=self.camera,
             settings=look.settings(self.settings),
-            exposure=self.exposure,
+            exposure=self.exposure_of(look.view),
             view=look.view,
             time=self.time,
             overlays=self.overlays,

@@ -73,10 +73,10 @@ def _counts(seen: Seen) -> None:
 
 def _exposure(state: State) -> State:
     changed, exposure = imgui.slider_float(
-        "exposure", state.exposure, 0.01, 100, "%.3f", _CLAMPED | _LOGARITHMIC
+        "exposure", state.exposure_of(state.look.view), 0.01, 100, "%.3f", _CLAMPED | _LOGARITHMIC
     )
     if changed:
         return state.with_settings(exposure=exposure)
     if imgui.button("Measure exposure here (X)"):
-        return replace(state.with_settings(exposure=None), measured_exposure=None)
+        return replace(state.with_settings(exposure=None), measured_exposures={})
     return state
