@@ -1,6 +1,7 @@
 """Characters against the same triangles in the level: every stage, shadows, instances."""
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +12,18 @@ from gl_calls import DebugLog, live_objects
 from test_frame import no_new_gl_objects
 
 from conftest import Draw
-from figures import at, figure, key, mixed, placed, puppet, with_characters
+from figures import at, figure, key, mixed, part, placed, puppet, with_characters
 from followspot.assets.animation import Pose
 from followspot.assets.md3 import between
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
+from followspot.passes.characters import CharacterPass
 from followspot.passes.frame import FrameInput, FrameReport
+from followspot.passes.shadow import ShadowPass
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.camera import Camera
 from followspot.scene.character import Character
+from followspot.scene.figure import Figure, FigurePart
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
@@ -340,7 +344,7 @@ def test_a_frame_of_characters_creates_nothing_and_sends_no_vertices(
             casting = sum(
                 len(pipeline._characters.covering(k)) for k in range(len(pipeline.shadow.tiles))
             )
-            assert 0 < sum(sent) <= (192 + 32) * casting + 192 * len(scene.crowd) + 2048
+            assert 0 < sum(sent) <= (192 + 16) * casting + 192 * len(scene.crowd) + 2048
     monkeypatch.undo()
     renderer._drop_scene()
     renderer.render(make_scene([floor()]), view)
@@ -408,3 +412,40 @@ def test_the_kept_depth_comes_back_where_characters_were() -> None:
         with Renderer((96, 72)) as renderer:
             np.testing.assert_array_equal(found, atlas(renderer, time))
     assert all((a != b).any() for a, b in itertools.pairwise(kept))
+
+
+@pytest.mark.parametrize("call", ["_put_back", "draw_casters"])
+@pytest.mark.parametrize("nth", [1, 2])
+def test_a_frame_that_was_interrupted_is_drawn_anew(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, call: str, nth: int
+) -> None:
+    """At the same time, too, when nothing has moved since."""
+    scene, view, views = village(), camera((0, 0, 60)), [View.FINAL, View.SHADOW_MAP]
+    renderer._drop_scene()
+    expected = renderer.render(scene, view, views, time=5.0)
+    renderer.render(scene, view, time=0.0)
+    owner = ShadowPass if call == "_put_back" else CharacterPass
+    original, calls = getattr(owner, call), itertools.count(1)
+
+    def interrupted(*arguments: Any) -> None:
+        if next(calls) == nth:
+            raise KeyboardInterrupt
+        original(*arguments)
+
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(owner, call, interrupted)
+        renderer.render(scene, view, views, time=5.0)
+    found = renderer.render(scene, view, views, time=5.0)
+    for each in views:
+        np.testing.assert_array_equal(found[each], expected[each])
+
+
+NO_TRIANGLES = replace(part(FRAMES), indices=np.empty(0, np.uint32), runs=())
+
+
+@pytest.mark.parametrize("parts", [(), (NO_TRIANGLES,)])
+def test_a_figure_without_triangles_is_not_seen(draw: Draw, parts: tuple[FigurePart, ...]) -> None:
+    """As the game's models of hands, which have tags alone."""
+    scene = make_scene([floor()], LIGHT, sky=WHITE_SKY)
+    empty = with_characters(scene, at(Figure("hand", parts), PLACE))
+    np.testing.assert_array_equal(draw(empty, VIEW, View.FINAL), draw(scene, VIEW, View.FINAL))

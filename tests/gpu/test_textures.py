@@ -119,11 +119,14 @@ def test_only_an_image_with_alpha_is_uploaded_for_it(
     assert wall.components == 3
 
 
+@pytest.mark.parametrize("cover", [1.0, 0.6])
 def test_a_layer_is_mixed_into_linear_light_by_the_vertices_alpha(
-    draw: Draw, tmp_path: Path
+    draw: Draw, tmp_path: Path, cover: float
 ) -> None:
+    """By the texels' own alpha, too."""
     grounds = {"sand.png": (200, 180, 90), "rock.png": (40, 60, 90)}
     images = {name: np.full((4, 4, 4), (*c, 255), np.uint8) for name, c in grounds.items()}
+    images["rock.png"][..., 3] = round(cover * 255)
     archive = image_archive(tmp_path, images)
     sand, rock = (srgb_decoded(np.array(color) / 255) for color in grounds.values())
     ground = make_scene(
@@ -135,5 +138,5 @@ def test_a_layer_is_mixed_into_linear_light_by_the_vertices_alpha(
         mesh = replace(ground.mesh, tints=tints.copy())
         scene = replace(ground, level=replace(ground.level, mesh=mesh))
         picture = draw(scene, camera((0, 0, 60), pitch=60), View.LAMBERTIAN)
-        expected = np.broadcast_to(sand + (rock - sand) * alpha, picture.shape)
+        expected = np.broadcast_to(sand + (rock - sand) * alpha * cover, picture.shape)
         np.testing.assert_allclose(picture, expected, atol=2e-3)

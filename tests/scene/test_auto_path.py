@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,15 @@ from numpy.typing import NDArray
 
 from followspot.assets.bsp import LUMPS
 from followspot.errors import UsageError
-from followspot.scene import auto_path, bsp_tree
+from followspot.levelbuilder import (
+    Level,
+    Material,
+    compile_level,
+    material_files,
+    room,
+    write_pk3,
+)
+from followspot.scene import auto_path, bsp_tree, smooth_way
 from followspot.scene.load import load, load_figure
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.path import CameraPath
@@ -187,3 +196,42 @@ def test_nothing_drawn_is_in_the_open(name: str) -> None:
     middles = triangles[inside & (edges.min(axis=1) > 8)].mean(axis=1)
     assert len(middles) > 1000
     assert not OpenSpace(level, 4.0).is_free(middles).any()
+
+
+def small_room(folder: Path, half: int) -> Scene:
+    """A room with one place to start from, and nothing else to fly to."""
+    stone = Material("textures/x/stone", (8, 8), 1.0, image=np.full((8, 8, 3), 150, np.uint8))
+    level = Level("small")
+    level.add(room((-half, -half, 0), (half, half, 128), stone))
+    level.spawn(0, 0, floor=0, angle=90)
+    files = material_files("small", [stone]) | {"maps/small.bsp": compile_level(level)}
+    write_pk3(folder / "small.pk3", files)
+    return load(str(folder / "small.pk3"))
+
+
+@pytest.mark.parametrize("half", [96, 112, 128])
+def test_in_a_small_room_the_camera_looks_around(tmp_path: Path, half: int) -> None:
+    scene = small_room(tmp_path, half)
+    path = auto_path.find(scene, 5.0)
+    scene.archive.close()
+    room_ = OpenSpace(scene.level, auto_path.MARGIN)
+    assert path.seconds == 5.0 and room_.is_free(path.positions(np.linspace(0, 5, 50))).all()
+
+
+class Blocked:
+    """Stands for open space: all of a line but one point of it and what is near to that."""
+
+    def __init__(self, *_: object) -> None: ...
+
+    def is_free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return np.abs(points[:, 0] - 24) > 1
+
+
+def test_a_way_that_is_blocked_near_its_end_is_smoothed_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A blur that turns its sign about the end does not count that point; it never ended."""
+    monkeypatch.setattr(smooth_way, "OpenSpace", Blocked)
+    line = np.array([(x, 0.0, 0.0) for x in np.arange(0, 400, 16.0)])
+    found = smooth_way.smoothed(load("courtyard").level, line)
+    assert np.isfinite(found).all() and np.allclose(found[[0, -1]], line[[0, -1]], atol=24)

@@ -77,6 +77,10 @@ def test_vertices_alpha_lays_an_image_over_terrain() -> None:
     assert made("map wall", rock.replace("vertex", "wave sin 0 1 0 1"), light) == WALL
     assert made("map wall", rock.replace("blend;", "add;"), light) == WALL
     assert made("map wall; blendFunc add", rock).layer is None
+    shiny = "map sky; blendFunc blend; alphaGen vertex; tcGen environment"
+    assert made("map wall", shiny, light) == WALL
+    assert made("map wall", rock.replace("rock", "$lightmap"), light) == WALL
+    assert made("map wall", shiny, rock, light) == replace(WALL, layer="rock")
     flowing = made("map wall; tcMod scroll 0 1", rock)
     assert (flowing.image, flowing.layer) == ("rock", None)  # its base already
     cut_out = made("map wall; alphaFunc GE128", rock)

@@ -67,7 +67,7 @@ SetOption = Annotated[
         metavar="KEY=VALUE",
         help="Any other setting; repeatable: exposure, environment_mip, emission, "
         "shadow_map_size, shadow_taps, shadow_cull (front, back, none), shadow_bias, "
-        "shadow_normal_offset, shadow_slope_bias, shadow_fit, anisotropy, culling.",
+        "shadow_normal_offset, shadow_slope_bias, shadow_fit, anisotropy, culling, redraw_shadows.",
     ),
 ]
 NoShadowsOption = Annotated[bool, typer.Option("--no-shadows", help="Lights pass through walls.")]

@@ -30,8 +30,8 @@ class GpuFigure:
     Attributes:
         key_poses: Texture of two texels a vertex: position, unit normal; part after part, of each
             frame after frame.
-        vertices: Buffer of (s, t), the part's slot, and the vertex's number in the part's first key
-            pose.
+        vertices: Buffer of (s, t), the part's slot, and the number in the texture of the vertex as
+            it is in the part's first key pose.
         indices: Buffer of uint32, in the order of `runs`.
         runs: One for each material; solid ones of one state stand next to each other.
         instances: Buffer of the figure's characters, rows of `Crowd.instances`.
@@ -43,9 +43,10 @@ class GpuFigure:
     def __init__(self, context: moderngl.Context, figure: Figure, characters: int) -> None:
         _require_room(figure, context.info["GL_MAX_TEXTURE_SIZE"])
         self.key_poses = _upload_poses(context, figure)
-        self.vertices = context.buffer(_vertices(figure.parts).tobytes())
+        # Some of the game's models have tags alone; GL wants a byte or more in every buffer.
+        self.vertices = context.buffer(_vertices(figure.parts).tobytes() or bytes(16))
         indices, self.runs = _joined(figure.parts)
-        self.indices = context.buffer(indices.tobytes())
+        self.indices = context.buffer(indices.tobytes() or bytes(4))
         self.instances = context.buffer(reserve=characters * _INSTANCE_BYTES, dynamic=True)
 
     def release(self) -> None:

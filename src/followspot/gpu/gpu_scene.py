@@ -27,7 +27,7 @@ def _reading(material: Material) -> _Reading:
 
 
 def _reading_layer(material: Material) -> _Reading:
-    return _Reading(material.layer, clamps=False, uses_alpha=False)
+    return _Reading(material.layer, clamps=False, uses_alpha=True)
 
 
 class GpuScene:

@@ -131,8 +131,6 @@ class CharacterPass:
         wanted = (seconds, viewpoint, frusta, may_be_seen is None)
         if wanted == self._updated:
             return False
-        self._updated = wanted
-        before, self._cast = self._cast, (seconds, frusta)
         crowd = self._crowd
         places = crowd.places(seconds)
 
@@ -169,7 +167,10 @@ class CharacterPass:
             self._casting.append(_Choice.of(casts, figure_of, figures))
             self._covering.append(found[casts])
         self._uploaded = None
-        return before != self._cast
+        cast = seconds, frusta
+        moved = cast != self._cast
+        self._updated, self._cast = wanted, cast
+        return moved
 
     def covering(self, number: int) -> Extents:
         """Where in tile `number` those are that it draws."""
@@ -270,12 +271,8 @@ def _array(
     context: moderngl.Context, of: moderngl.Program, each: GpuFigure
 ) -> moderngl.VertexArray:
     """A figure's vertex array for a program, which may not look at texture coordinates."""
-    names = "in_texcoord", "in_vertex"
-    if "in_texcoord" in of:
-        vertices: tuple[Any, ...] = (each.vertices, VERTEX_FORMAT, *names)
-    else:  # moderngl takes gl_VertexID for an attribute that is not there: a GL error
-        vertices = (each.vertices, VERTEX_FORMAT.replace("2f", "8x"), names[1])
-    content = [vertices, (each.instances, INSTANCE_FORMAT, *_INSTANCE)]
+    vertices = each.vertices, VERTEX_FORMAT, "in_texcoord", "in_vertex"
+    content: list[tuple[Any, ...]] = [vertices, (each.instances, INSTANCE_FORMAT, *_INSTANCE)]
     return context.vertex_array(of, content, each.indices, skip_errors=True)
 
 

@@ -240,9 +240,9 @@ def front_to_back(mesh: Mesh, chosen: Mask, near_first: NearFirst, last: Mask) -
 
 
 def back_to_front(mesh: Mesh, chosen: Mask, eye: Vec3, adds: Mask) -> DrawList:
-    """The chosen faces sorted by the distance of their boxes' centres from the eye, far first.
+    """The chosen faces by the distance of their boxes' centres from the eye, far first.
 
-    Sums do not depend on their order: neighbours that only add light come by their materials.
+    But sums do not depend on their order: neighbours that only add light come by their materials.
 
     Args:
         mesh: What to draw from.

@@ -32,7 +32,7 @@ from followspot.scene.settings import CullFace, Settings
 
 
 class ShadowPass:
-    """The atlas, the two programs that fill it, and what is in it now.
+    """The atlas, the programs that fill it, and what is in it now.
 
     Attributes:
         layout: Where its tiles are in it, and what casts into them.
@@ -172,8 +172,10 @@ class ShadowPass:
             with self._drawing_into(self._maps[0], settings):
                 self._draw_level(settings, anew)
             self._drawn = now
-        if len(self._maps) > 1 and tiles and (self.redrawn or characters_moved):
-            self._draw_characters(settings, anew)
+        if len(self._maps) > 1 and tiles:
+            characters_moved |= not self._covered  # never drawn, or not to the end
+            if self.redrawn or characters_moved:
+                self._draw_characters(settings, anew)
         if tiles and (self.redrawn or characters_moved):
             self.version += 1
 
@@ -184,12 +186,12 @@ class ShadowPass:
     def _draw_characters(self, settings: Settings, anew: set[Place]) -> None:
         """Put the level's depth back where characters were; draw them where they are."""
         level, sampled = self._maps
-        before = self._covered
-        self._covered = {
+        before, self._covered = self._covered, {}  # for good, where this is interrupted
+        covered = {
             tile.place: self._characters.covering(number) for number, tile in enumerate(self.tiles)
         }
         with self._drawing_into(sampled, settings):
-            for place in self._covered:
+            for place in covered:
                 sampled.choose(place)
                 is_kept = place in before and place not in anew
                 self._put_back(level, before[place] if is_kept else shadow_extent.WHOLE)
@@ -199,6 +201,7 @@ class ShadowPass:
                     number, tile.frustum.clip_from_world, settings.shadow_cull
                 )
                 self._flush()  # a software rasteriser draws while the next ones are set up
+        self._covered = covered
 
     def _put_back(self, level: ShadowMap, touched: Extents) -> None:
         """The level's depth in some rectangles of the tile that is drawn into."""
@@ -223,9 +226,11 @@ class ShadowPass:
         context.enable_direct(gl.DEPTH_CLAMP)  # what is before the near plane casts all the same
         context.depth_func = "<"
         context.polygon_offset = settings.shadow_slope_bias, 0.0
-        yield
-        context.polygon_offset = 0.0, 0.0
-        context.disable_direct(gl.DEPTH_CLAMP)
+        try:
+            yield
+        finally:
+            context.polygon_offset = 0.0, 0.0
+            context.disable_direct(gl.DEPTH_CLAMP)
 
     def _draw_level(self, settings: Settings, anew: set[Place]) -> None:
         target = self._maps[0]

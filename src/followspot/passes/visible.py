@@ -28,7 +28,7 @@ class VisibleFaces:
     Attributes:
         characters: (n,) which of the crowd the level does not hide for good.
         opaque: Solid and cut-out faces, roughly front to back.
-        blended: Blended faces, back to front.
+        blended: Blended faces, back to front; those between that only add, by material.
         receivers: Boxes of all visible faces, and of where characters go, within the camera's
             frustum; a new object whenever they are new.
     """

@@ -115,7 +115,8 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
     """The scene and all that the film's frames depend on.
 
     Raises:
-        AssetError, ContextError, UsageError: as `run`.
+        AssetError, ContextError, UsageError: there is no such scene, or it cannot be drawn as
+            wished.
     """
     size, view = arguments.parse_size(wish.size), named(View, wish.view)
     if view is View.SHADOW_MAP:

@@ -139,5 +139,7 @@ def _materials(materials: Sequence[Mapping[str, Any]]) -> Table:
             name.append("\n  white", "red")
         elif not (image := m["image"] or "coloured").startswith(m["name"] + "."):
             name.append(f"\n  {image}")
+        if m["layer"] is not None:
+            name.append(f"\n  + {m['layer']}")
         table.add_row(name, kind + sides, str(m["triangles"]))
     return table

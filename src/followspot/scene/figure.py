@@ -42,7 +42,7 @@ class Tracks(NamedTuple):
 
 @dataclass(frozen=True)
 class Run:
-    """Indices of a part that wear one material: `count` from `first` on."""
+    """Indices of a part, or of all together, that wear one material: `count` from `first` on."""
 
     material: Material
     first: int

@@ -1,6 +1,7 @@
 """From a name to a figure: its model, what it wears, and what of that is missing."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from followspot.assets import image
@@ -109,7 +110,8 @@ class FigureFiles:
                 self.missing[wanted] = tried
             return found
 
-        return material.from_script(name, self._find_script(name), find)
+        made = material.from_script(name, self._find_script(name), find)
+        return replace(made, layer=None)  # vertices of models have no alpha to lay it over by
 
     def _md2_skin(self, entry: str, model: Md2Model, skin: str | None) -> Material:
         """The skin of a name, or the first one there is: as the file names them, or beside it."""

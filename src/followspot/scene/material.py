@@ -2,7 +2,7 @@
 
 A script is a program of stages for the game's own renderer, which has lightmaps and vertex
 colours. Here light comes from lights, so of the stages one is chosen: the image that tells the
-surface's colour.
+surface's colour; and for terrain another one, which is laid over it.
 """
 
 from collections.abc import Callable
@@ -162,7 +162,7 @@ def _base_stage(script: ShaderScript) -> Stage | None:
     what moves under an image with holes is an effect, and the image the surface; and water whose
     first stage darkens the ground is seen by the ripples that another adds.
     """
-    candidates = [s for s in script.stages if s.image and not s.image.startswith(("$", "*"))]
+    candidates = [stage for stage in script.stages if _has_image(stage)]
     base = min(candidates, key=lambda stage: (_reflects(stage), _adds(stage)), default=None)
     if base is None or script.stages[0].alpha_test is not None:
         return base
@@ -177,9 +177,15 @@ def _base_stage(script: ShaderScript) -> Stage | None:
 def _layer(script: ShaderScript, base: Stage, find_image: FindImage) -> str | None:
     """The image that vertices' alpha lays over the base, if there is such a stage."""
     for stage in script.stages[1:]:
-        if stage.blend == _COVERS and stage.alpha_gen == "vertex" and stage is not base:
-            return None if stage.image is None else find_image(stage.image)
+        lies_over = stage.blend == _COVERS and stage.alpha_gen == "vertex" and stage is not base
+        if lies_over and _has_image(stage) and not _reflects(stage):
+            assert stage.image is not None, script
+            return find_image(stage.image)
     return None
+
+
+def _has_image(stage: Stage) -> bool:
+    return stage.image is not None and not stage.image.startswith(("$", "*"))
 
 
 def _reflects(stage: Stage) -> bool:

@@ -35,8 +35,8 @@ class Mesh:
         vertices: (v,) of VERTEX.
         indices: (i,) uint32 into `vertices`, three a triangle, faces in the table's order.
         faces: (f,) of FACE, sorted by material, so that a material is one run of indices.
-        tints: (v, 4) float32 RGBA, linear, that texels of tinted materials are multiplied by; none
-            where no material is tinted.
+        tints: (v, 4) float32 RGBA, linear, that texels of tinted materials are multiplied by, and
+            whose alpha lays the layers of others over; none where no material has either.
     """
 
     vertices: NDArray[np.void]

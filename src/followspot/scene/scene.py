@@ -87,7 +87,7 @@ class Scene:
 
     @property
     def images(self) -> tuple[str, ...]:
-        """Paths of all base images in the archive, each once."""
+        """Paths in the archive of all images that materials have, each once."""
         worn = (image for m in (*self.materials, *self.crowd.materials) for image in m.images)
         return tuple(dict.fromkeys(image for image in worn if image is not None))
 

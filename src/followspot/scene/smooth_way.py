@@ -67,7 +67,8 @@ def smoothed(level: Level, points: Floats) -> Floats:
         near = _blurred(
             blocked[:, np.newaxis].astype(np.float64), np.full(len(points), _BLUR / STEP)
         )
-        width *= np.where(near[:, 0] > 0.01, 0.7, 1.0)
+        # The blur turns signs about an end, so that a blocked point there may count for nothing.
+        width *= np.where((near[:, 0] > 0.01) | blocked, 0.7, 1.0)
 
 
 def _pulled(points: Floats, tight: OpenSpace, roomy: OpenSpace, times: int) -> Floats:
@@ -94,6 +95,8 @@ def _pushed(points: Floats, width: Floats, rooms: Sequence[OpenSpace]) -> Floats
     """
     every = np.arange(len(points))
     looked = every[::_LOOKED]
+    if len(looked) < 2:  # too short a way to lead past anything
+        return points
     for _ in range(_PUSHES):
         curve = _blurred(points, width, _LOOKED)
         room = _roominess(curve, rooms)

@@ -64,7 +64,7 @@ def standing(position: ArrayLike, yaw: float = 0.0) -> Walk:
 def along(points: ArrayLike, speed: float, *, is_closed: bool = False) -> Walk:
     """A way along straight lines between points; its heading follows it.
 
-    Heights are the points' own, to be put on the ground with `dropped`.
+    Heights are the points' own, to be put on the ground by who makes it.
 
     Args:
         points: (n, 3) units.

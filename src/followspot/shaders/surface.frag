@@ -7,7 +7,7 @@
 #include "common/srgb.glsl"
 
 uniform sampler2D base_image;          // linear light; a is coverage
-uniform sampler2D layer_image;         // linear light, laid over that
+uniform sampler2D layer_image;         // likewise, laid over that
 uniform sampler2DShadow shadow_atlas;  // depth from the lights, compared by the fetch
 uniform vec2 alpha_test;               // keep where a * x + y > 0
 
@@ -107,7 +107,8 @@ void main() {
     if (texel.a * alpha_test.x + alpha_test.y <= 0.0) discard;
 #endif
 #if defined(LAYERED) && !defined(ALBEDO)
-    texel.rgb = mix(texel.rgb, texture(layer_image, texcoord).rgb, tint.a);
+    vec4 layer = texture(layer_image, texcoord);
+    texel.rgb = mix(texel.rgb, layer.rgb, layer.a * tint.a);
 #elif defined(TINTED)
     texel *= tint;
 #endif

@@ -1,13 +1,14 @@
 // Where a vertex is and which way it faces, in world space. The level's vertices are there already;
 // with POSED, a figure's are between two of its key poses, placed by its instance.
 #ifdef POSED
-uniform sampler2D key_poses;  // two texels a vertex, frame after frame: position, unit normal
+uniform sampler2D key_poses;  // two texels a vertex, part after part, of each frame after frame:
+                              // position, unit normal
 
 // Of the instance, by part. Matrices' columns are their rows. A pose has the first vertex of the key
 // pose before, that of the one behind, and their blend.
 in mat3x4 in_world_from_lower, in_world_from_upper, in_world_from_head;
 in vec4 in_lower_pose, in_upper_pose, in_head_pose;
-in ivec2 in_vertex;  // part: 0 lower, 1 upper, 2 head; number in that part's first key pose
+in ivec2 in_vertex;  // part: 0 lower, 1 upper, 2 head; number as in that part's first key pose
 
 mat3x4 world_from_part() {
     return in_vertex.x == 0 ? in_world_from_lower
