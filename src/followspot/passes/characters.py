@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Mask
 from followspot.assets.player import PARTS
 from followspot.gpu import blocks, program
 from followspot.gpu.characters import INSTANCE_FORMAT, POSE_ROW_BITS, VERTEX_FORMAT, GpuFigure
@@ -50,11 +51,11 @@ class _Draw(NamedTuple):
 class _Choice(NamedTuple):
     """Which of the rows are drawn: (n,) whether, and how many of each figure."""
 
-    rows: NDArray[np.bool_]
+    rows: Mask
     counts: list[int]
 
     @classmethod
-    def of(cls, rows: NDArray[np.bool_], figure_of: NDArray[np.intp], figures: int) -> "_Choice":
+    def of(cls, rows: Mask, figure_of: NDArray[np.intp], figures: int) -> "_Choice":
         return cls(rows, np.bincount(figure_of[rows], minlength=figures).tolist())
 
 
@@ -108,7 +109,7 @@ class CharacterPass:
         eye: Vec3,
         clip_from_world: Mat4,
         tiles: Sequence[Tile],
-        may_be_seen: NDArray[np.bool_] | None,
+        may_be_seen: Mask | None,
     ) -> bool:
         """Choose the characters that matter and work out how they stand, if anything has changed.
 
@@ -134,7 +135,7 @@ class CharacterPass:
         crowd = self._crowd
         places = crowd.places(seconds)
 
-        def within(matrix: Mat4) -> NDArray[np.bool_]:
+        def within(matrix: Mat4) -> Mask:
             planes = drawlist.frustum_planes(matrix)
             return drawlist.cubes_in_frustum(planes, places[:, :3], crowd.radius)
 

@@ -94,7 +94,7 @@ def over_picture(
     folder: ShaderFolder,
     name: str,
     defines: Mapping[str, int | str] | None = None,
-    vertex: str = "average",
+    vertex: str = "whole",
 ) -> Shader:
     """A fragment shader for the whole picture: its array is one triangle, made by `vertex` alone.
 

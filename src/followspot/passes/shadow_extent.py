@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats, Mask
 from followspot.passes.shadow_fit import ShadowFrustum
 
-Extents = NDArray[np.float64]
+Extents = Floats
 """(n, 4) left, bottom, right and top of rectangles in a tile, whose own are at 0 and 1."""
 
 _ROUNDING = 0.01
@@ -43,14 +44,14 @@ def texels(found: Extents, size: int) -> NDArray[np.float32]:
     return np.asarray(np.clip(whole, 0, size) * (2 / size) - 1, np.float32)
 
 
-def within(found: Extents, margin: float) -> NDArray[np.bool_]:
+def within(found: Extents, margin: float) -> Mask:
     """(n,) which rectangles are inside of a tile, a share of its edge away from that."""
     left, bottom, right, top = found.T
     end = 1 - margin
     return np.asarray((left > margin) & (bottom > margin) & (right < end) & (top < end))
 
 
-def meets(found: Extents) -> NDArray[np.bool_]:
+def meets(found: Extents) -> Mask:
     """(n,) which rectangles have a part of a tile in them."""
     left, bottom, right, top = found.T
     return np.asarray((left < 1) & (bottom < 1) & (right > 0) & (top > 0))

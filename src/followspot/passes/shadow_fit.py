@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Floats, Mask
 from followspot.scene.light import SpotLight
 from followspot.spaces import Mat4
 
@@ -63,9 +64,9 @@ class Receivers(Boxes):
         end: (n,) those at which they end.
     """
 
-    corners: NDArray[np.float64]
-    start: NDArray[np.float64]
-    end: NDArray[np.float64]
+    corners: Floats
+    start: Floats
+    end: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +84,7 @@ class ShadowFrustum:
     clip_from_world: Mat4
     near: float
     far: float
-    texels: NDArray[np.float64]
+    texels: Floats
     window: Window
 
     @property
@@ -96,14 +97,14 @@ class ShadowFrustum:
         mine = (*self.window, self.near, self.far)
         return mine == (*other.window, other.near, other.far)
 
-    def distances(self, depths: NDArray[np.float32] | NDArray[np.float64]) -> NDArray[np.float64]:
+    def distances(self, depths: NDArray[np.float32] | Floats) -> Floats:
         """Depths in [0, 1] as units along the axis, infinite where they are 1."""
         ndc = depths.astype(np.float64) * 2 - 1
         near, far = self.near, self.far
         return np.where(ndc < 1, 2 * near * far / (far + near - ndc * (far - near)), np.inf)
 
 
-Part = tuple[NDArray[np.float64], NDArray[np.float64]]
+Part = tuple[Floats, Floats]
 """(2,) lowest and (2,) highest tangents."""
 
 
@@ -123,19 +124,19 @@ class Outlines:
         far: (n,) largest distances.
     """
 
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    near: NDArray[np.float64]
-    far: NDArray[np.float64]
+    low: Floats
+    high: Floats
+    near: Floats
+    far: Floats
 
-    def within(self, window: Window) -> NDArray[np.bool_]:
+    def within(self, window: Window) -> Mask:
         """(n,) whether a box meets a window before the light."""
         left, right, bottom, top = window
         x = (self.low[:, 0] < right) & (self.high[:, 0] > left)
         y = (self.low[:, 1] < top) & (self.high[:, 1] > bottom)
         return x & y & (self.far > 0)
 
-    def chosen(self, which: NDArray[np.bool_]) -> "Outlines":
+    def chosen(self, which: Mask) -> "Outlines":
         """Those of some boxes."""
         return Outlines(self.low[which], self.high[which], self.near[which], self.far[which])
 
@@ -156,7 +157,7 @@ def outlines(light: SpotLight, boxes: Boxes) -> Outlines:
     )
 
 
-def _outlines(light: SpotLight, corners: NDArray[np.float64]) -> Outlines:
+def _outlines(light: SpotLight, corners: Floats) -> Outlines:
     """Of convex bodies with (3, 8, n) coordinates of corners: NumPy loops over the many."""
     from_world = view_from_world(light)
     seen = from_world[:3, :3] @ corners.reshape(3, -1) + from_world[:3, 3:]

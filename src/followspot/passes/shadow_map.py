@@ -4,6 +4,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.gpu.targets import Part, release_framebuffer
 from followspot.passes.shadow_tiles import Place
 
@@ -26,9 +27,7 @@ class ShadowMap:
         self.framebuffer.viewport = self.framebuffer.scissor = box
         self.framebuffer.use()
 
-    def depths_at(
-        self, place: Place, x: NDArray[np.float64], y: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def depths_at(self, place: Place, x: Floats, y: Floats) -> NDArray[np.float32]:
         """(y, x) depths in a tile at (x,) and (y,) places between its edges at 0 and 1."""
         depths = self.read(place, (0, 0, self.size, self.size))[::-1]
         columns, rows = (x * self.size).astype(np.intp), (y * self.size).astype(np.intp)

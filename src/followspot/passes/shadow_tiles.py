@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.arrays import Floats
 from followspot.passes import drawlist, shadow_fit
 from followspot.passes.drawlist import NOTHING, DrawList, Projected
 from followspot.passes.shadow_fit import Boxes, Outlines, Receivers, ShadowFrustum
@@ -78,7 +78,7 @@ class Tile:
         return float((reach / (high - low)).max())
 
     @cached_property
-    def finer_from_here(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def finer_from_here(self) -> tuple[Floats, Floats]:
         """(2,) scale and (2,) shift to the near tile; both tiles' edges are at 0 and 1."""
         assert self.finer is not None
         (low, high), (near_low, near_high) = _edges(self.frustum), _edges(self.finer)
@@ -200,7 +200,7 @@ class ShadowTiles:
         place[:2] /= np.array([[self._columns], [len(self._lights)]])
         return place @ spaces.SHADOW_FROM_CLIP @ tile.frustum.clip_from_world
 
-    def offsets(self, tile: Tile, texels: float, size: int) -> tuple[NDArray[np.float64], float]:
+    def offsets(self, tile: Tile, texels: float, size: int) -> tuple[Floats, float]:
         """How far a receiver is moved off its surface, as surface.vert has it.
 
         Args:
@@ -219,7 +219,7 @@ class ShadowTiles:
         across = texels / size / np.array([self._columns, len(self._lights)])
         return np.c_[axes, across], -over_distance * frustum.texel * texels
 
-    def near_from_wide(self) -> NDArray[np.float64]:
+    def near_from_wide(self) -> Floats:
         """(lights, 4) scales (x, y) and shifts (x, y) from the wide tiles into the near ones.
 
         Of homogeneous atlas coordinates: ``near.xy = wide.xy * scale + wide.w * shift``. Where
@@ -242,6 +242,6 @@ def _tangents_from_world(light: SpotLight) -> Mat4:
     return clip_from_light @ shadow_fit.view_from_world(light)
 
 
-def _edges(frustum: ShadowFrustum) -> NDArray[np.float64]:
+def _edges(frustum: ShadowFrustum) -> Floats:
     """(2, 2) lowest and highest tangents of a window."""
     return np.array(frustum.window).reshape(2, 2).T

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.assets import md3
 from followspot.assets.animation import Pose
 from followspot.scene.figure import Figure, FigurePart, Tracks
@@ -102,7 +103,7 @@ class Crowd:
             np.array(owner, np.intp),
         )
 
-    def places(self, seconds: float) -> NDArray[np.float64]:
+    def places(self, seconds: float) -> Floats:
         """(n, 4) x, y, z of every character's origin in units, and yaw in degrees, at a time."""
         own = seconds + self._clock
         places = self._ways.at(own)
@@ -113,7 +114,7 @@ class Crowd:
         return places
 
     def instances(
-        self, seconds: float, places: NDArray[np.float64], which: NDArray[np.intp]
+        self, seconds: float, places: Floats, which: NDArray[np.intp]
     ) -> NDArray[np.float32]:
         """What the GPU is told of some characters.
 
@@ -169,7 +170,7 @@ def _vertex_counts(parts: Sequence[FigurePart]) -> list[int]:
     return counts
 
 
-def _turned(places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turned(places: Floats) -> Floats:
     """(m, 4, 4) ``world_from_character`` of places and yaws."""
     yaw = np.radians(places[:, 3])
     matrices = np.zeros((len(places), 4, 4))
@@ -193,7 +194,7 @@ class _Ways:
         self._closed = np.array([walk.is_closed for walk in walks], bool)
         self._all_stand = len(self._places) == len(walks)
 
-    def at(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(self, seconds: Floats) -> Floats:
         """(n, 4) places, each at its own (n,) time."""
         if self._all_stand:
             return self._places.copy()
@@ -261,7 +262,7 @@ class _Joints:
         self._keys = np.concatenate(keys)
         self._first, self._highest = first[:, figure_of], highest[:, figure_of]
 
-    def between(self, which: NDArray[np.intp], poses: Pose) -> NDArray[np.float64]:
+    def between(self, which: NDArray[np.intp], poses: Pose) -> Floats:
         """(2m, 4, 4) of m characters: ``lower_from_upper`` of all, then ``upper_from_head``."""
         first, highest = self._first[:, which].ravel(), self._highest[:, which].ravel()
         frame, next_frame = (first + np.minimum(f, highest) for f in poses[:2])

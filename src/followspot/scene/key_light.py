@@ -44,7 +44,6 @@ SPOT_HALF_ANGLE = math.radians(55)
 REACH = 4096.0
 """Units that a look around goes at most."""
 
-Points = NDArray[np.float64]
 """(n, 3) in world units."""
 
 _FAR_ENOUGH = 400.0  # units from which a spot light may light a wall, and no farther is better
@@ -101,7 +100,7 @@ def ambient(sky_mean: Floats) -> float:
     return max(0.0, FILL - float(sky_mean @ LUMINANCE))
 
 
-def _sun_share(bsp: BspFile, to_sun: Vec3, eyes: Points, seen: Points) -> float:
+def _sun_share(bsp: BspFile, to_sun: Vec3, eyes: Floats, seen: Floats) -> float:
     """Share of the places that eyes see which the sun reaches through the sky."""
     is_sky = (bsp.shaders["surface_flags"][bsp.faces["shader"]] & Surface.SKY) != 0
     sky = np.flatnonzero(is_sky & (bsp.faces["vertex_count"] > 0))
@@ -136,8 +135,8 @@ def _spot_light(
     bsp: BspFile,
     tree: TriangleTree,
     camera: Camera,
-    eyes: Points,
-    seen: Points,
+    eyes: Floats,
+    seen: Floats,
     metres_per_unit: float,
 ) -> SpotLight:
     """A spot light under the ceiling, ahead of the camera, aimed at what is seen."""
@@ -173,7 +172,7 @@ def _spot_light(
     return _with_irradiance(light, metres)
 
 
-def _distances_lit(bsp: BspFile, places: Points, targets: Points) -> Floats:
+def _distances_lit(bsp: BspFile, places: Floats, targets: Floats) -> Floats:
     """(places, targets) units from one to the other, 0 where a wall is between them."""
     start = np.repeat(places, len(targets), axis=0)
     way = np.tile(targets, (len(places), 1)) - start
@@ -189,7 +188,7 @@ class _Aim(NamedTuple):
     lit: Mask
 
 
-def _best_aim(ways: Points, distances: Floats) -> _Aim:
+def _best_aim(ways: Floats, distances: Floats) -> _Aim:
     """The best of a light's aims.
 
     Args:
@@ -203,7 +202,7 @@ def _best_aim(ways: Points, distances: Floats) -> _Aim:
     return _Aim(float(worth[aim]), in_cone[aim])
 
 
-def _clearest(tree: TriangleTree, places: Points, targets: Points, aims: Sequence[_Aim]) -> int:
+def _clearest(tree: TriangleTree, places: Floats, targets: Floats, aims: Sequence[_Aim]) -> int:
     """Which place for a light is best, seen with the triangles that are drawn."""
     by_worth = sorted(range(len(aims)), key=lambda k: -aims[k].worth)
     best, most = by_worth[0], -1.0
@@ -233,7 +232,7 @@ def _blockers(level: Level) -> TriangleTree:
     return TriangleTree(level.mesh, chosen)
 
 
-def _first_hit(tree: TriangleTree, start: Points, end: Points) -> Floats:
+def _first_hit(tree: TriangleTree, start: Floats, end: Floats) -> Floats:
     """(n,) fractions of lines at which they meet the first triangle, 1 if none."""
     found = np.ones(len(start))
     for hits in tree.crossings(start, end):
@@ -246,13 +245,13 @@ def _worth(distances: Floats) -> Floats:
     return np.minimum(distances, _FAR_ENOUGH)
 
 
-def _ahead(camera: Camera, count: int) -> Points:
+def _ahead(camera: Camera, count: int) -> Floats:
     """(n, 3) unit vectors spread over what a camera sees, of `count` all around."""
     directions = spaces.directions_around(count)
     return directions[directions @ camera.forward > math.cos(math.radians(50))]
 
 
-def _look(bsp: BspFile, tree: TriangleTree, eye: Vec3, directions: Points) -> Points:
+def _look(bsp: BspFile, tree: TriangleTree, eye: Vec3, directions: Floats) -> Floats:
     """(n, 3) where lines of sight from an eye end."""
     start = np.broadcast_to(eye, directions.shape)
     end = start + directions * REACH

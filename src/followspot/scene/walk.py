@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from followspot.arrays import Floats, Mask
 from followspot.assets.animation import Animation
 from followspot.errors import UsageError
 from followspot.game import RUN_SPEED
@@ -45,7 +46,7 @@ class Walk:
         is_closed: Whether the last place is the first one again; if not, the way ends there.
     """
 
-    places: NDArray[np.float64]
+    places: Floats
     spacing: float = SPACING
     speed: float = 0.0
     is_closed: bool = False
@@ -85,7 +86,7 @@ def along(points: ArrayLike, speed: float, *, is_closed: bool = False) -> Walk:
     count = max(round(length / SPACING), 1)
     at = np.linspace(0.0, length, count + 1)
 
-    def point(distance: NDArray[np.float64]) -> NDArray[np.float64]:
+    def point(distance: Floats) -> Floats:
         distance = distance % length if is_closed else np.clip(distance, 0.0, length)
         return np.stack([np.interp(distance, ends, points[:, k]) for k in range(3)], axis=1)
 
@@ -142,6 +143,6 @@ def stride_speed(figure: Figure, legs: Animation) -> float:
     return speed if speed >= _SLOWEST and slide <= _MOST_SLIDE * speed else 0.0
 
 
-def _medians(values: NDArray[np.float64], chosen: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _medians(values: Floats, chosen: Mask) -> Floats:
     """(n,) the median of each row of (n, vertices) values, of its chosen ones alone."""
     return np.asarray(np.nanmedian(np.where(chosen, values, np.nan), axis=1))
