@@ -443,3 +443,23 @@ def test_narrow_and_wide_cones_cast_shadows(draw: Draw, degrees: float) -> None:
     np.testing.assert_array_equal(draw(scene, view, View.SHADOW), 0.0)
     above = looking((0, 0, 290), (0, 0, 60), 0.9 if degrees == 1 else 5)
     np.testing.assert_array_equal(draw(scene, above, View.SHADOW), 1.0)
+
+
+@pytest.mark.parametrize("fit", [True, False])
+def test_a_triangle_turned_away_is_in_its_own_shadow_whatever_its_normals_say(
+    draw: Draw, fit: bool
+) -> None:
+    """As of a steep slope in terrain, whose normals are smoothed with those of the lit top."""
+    slope = quad((0, 0, 0), (0, 60, 0), (20, 0, 60))  # looks down a little, towards +x
+    bent = replace(slope, vertices=slope.vertices.copy())
+    bent.vertices["normal"] = np.array([0.6, 0, 0.8])
+    light = spot((40, 0, 400), (0, 0, 0), 40, 1e4)
+    scene, view = make_scene([bent], light), looking((150, 10, -20), (0, 0, 0), 60)
+    there = np.isfinite(draw(scene, view, View.DEPTH))
+    assert there.mean() > 0.2
+    settings = Settings(shadow_fit=fit)
+    assert draw(scene, view, View.DIRECT, settings).max() == 0
+    assert draw(scene, view, View.SHADOW, settings).max() == 0
+    assert draw(scene, view, View.DIRECT, settings, shadows=False)[there].min() > 0
+    below = make_scene([bent], spot((300, 0, 60), (0, 0, 0), 40, 1e4))
+    assert draw(below, view, View.DIRECT, settings)[there].min() > 0

@@ -97,7 +97,8 @@ class CharacterPass:
 
     def _draw_of(self, figure: int, run: Run) -> _Draw:
         image = self._gpu_scene.image_of(run.material)
-        return _Draw(figure, run, variant_of(run.material), image)
+        variant = variant_of(run.material, is_smoothed=False)
+        return _Draw(figure, run, variant, image)
 
     def _arrays(self, of: moderngl.Program) -> list[moderngl.VertexArray]:
         """A vertex array for each figure."""

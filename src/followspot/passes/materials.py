@@ -19,6 +19,7 @@ class Variant(NamedTuple):
     shade: Shade
     tinted: bool
     layered: bool
+    smoothed: bool
 
     @property
     def defines(self) -> dict[str, int | str]:
@@ -34,13 +35,21 @@ class Variant(NamedTuple):
             macros["TINTED"] = 1
         if self.layered:
             macros["LAYERED"] = 1
+        if self.smoothed:
+            macros["SMOOTHED"] = 1
         if self.shade is not Shade.LIT:
             macros[self.shade.name] = 1
         return macros
 
 
-def variant_of(material: Material) -> Variant:
-    """The shader variant that draws a material."""
+def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
+    """The shader variant that draws a material.
+
+    Args:
+        material: What to draw.
+        is_smoothed: Whether normals are far from those of many triangles; see `Mesh.is_smoothed`.
+    """
+    has_own_shadow = material.sides is Sides.FRONT and material.shade is Shade.LIT
     return Variant(
         material.alpha_test is not None,
         material.sides is not Sides.FRONT,
@@ -48,6 +57,7 @@ def variant_of(material: Material) -> Variant:
         material.shade,
         material.is_tinted,
         material.layer is not None,
+        is_smoothed and has_own_shadow and material.blend is None,
     )
 
 

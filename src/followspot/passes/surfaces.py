@@ -33,9 +33,17 @@ class SurfacePass:
         self._gpu_scene = gpu_scene
         size = max(gpu_scene.scene.mesh.indices.nbytes, 4)
         self._indices = context.buffer(reserve=size, dynamic=True)
+        materials = gpu_scene.scene.materials
+        smoothed = gpu_scene.scene.mesh.is_smoothed(len(materials)).tolist()
         self._looks = [
-            _Look(m, m.state, variant_of(m), gpu_scene.image_of(m), gpu_scene.layer_of(m))
-            for m in gpu_scene.scene.materials
+            _Look(
+                material,
+                material.state,
+                variant_of(material, is_smoothed=is_smoothed),
+                gpu_scene.image_of(material),
+                gpu_scene.layer_of(material),
+            )
+            for material, is_smoothed in zip(materials, smoothed, strict=True)
         ]
         variants = {look.variant for look in self._looks}
         self.programs = SurfacePrograms(context, folder, variants, self._array)

@@ -1,10 +1,13 @@
 """Triangles of a whole scene in two arrays, with a table of faces to cull and sort by."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from followspot.arrays import Mask
 
 VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("texcoord", "<f4", 2)])
 """One vertex: world position in units, unit world normal, texture coordinates (v down)."""
@@ -25,6 +28,13 @@ plane ``dot(normal, p) == distance`` that it lies in, front side outwards; else 
 
 FLAT = 0.05
 """Units that a face may stray from its plane and still be flat."""
+
+
+SMOOTHED_COSINE = math.cos(math.radians(15))
+"""Of the angle from which on a normal is far from a triangle's own."""
+
+SMOOTHED_SHARE, SMOOTHED_LEAST = 0.1, 0.005
+"""Of a material's area, and of the whole mesh's, from which on such triangles count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +63,22 @@ class Mesh:
     def material_of_triangle(self) -> NDArray[np.int32]:
         """(t,) number of each triangle's material."""
         return np.repeat(self.faces["material"], self.faces["index_count"] // 3)
+
+    def is_smoothed(self, materials: int) -> Mask:
+        """(materials,) those of many triangles that normals at their corners are far from.
+
+        Args:
+            materials: How many there are.
+        """
+        corners = np.ascontiguousarray(self.indices.reshape(-1, 3).T, np.intp)
+        a, b, c = self.vertices["position"][corners]
+        across = np.cross(c - a, b - a)  # clockwise front
+        area = np.linalg.norm(across, axis=1)
+        along = np.einsum("ctk,tk->ct", self.vertices["normal"][corners], across).min(axis=0)
+        is_bent = along < area * SMOOTHED_COSINE
+        of = self.material_of_triangle
+        whole, bent = (np.bincount(of, a, materials) for a in (area, area * is_bent))
+        return np.asarray((bent > SMOOTHED_SHARE * whole) & (bent > SMOOTHED_LEAST * area.sum()))
 
     @cached_property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -69,12 +69,26 @@ float visibility(vec4 homogeneous) {
 }
 #endif
 
+#if SHADOWS > 0
+// Share of a light that arrives at the side of a triangle that is seen.
+float arrives(int i) {
+#ifdef SMOOTHED
+    // Normals that are smoothed over edges face some lights from which the triangle itself is turned
+    // away. It is in its own shadow there, which the map cannot tell: it is what the map holds.
+    vec3 ray = shadowed_ray[i].xyz;
+    vec3 seen_side = cross(dFdx(ray), dFdy(ray));
+    if (dot(seen_side, ray) <= 0.0) return 0.0;
+#endif
+    return visibility(place_in_atlas(i));
+}
+#endif
+
 vec3 radiance_from_lights(vec3 n) {
     vec3 sum = vec3(0.0);
 #if SHADOWS > 0
     for (int i = 0; i < SHADOWS; ++i)
         sum += radiance_from_light(shadowed_ray[i], shadowed_glow[i], n)
-             * visibility(place_in_atlas(i));
+             * arrives(i);
 #endif
 #if LIGHTS > SHADOWS
     for (int i = SHADOWS; i < LIGHTS; ++i)
@@ -88,7 +102,7 @@ float key_light_visibility(vec3 n) {
     const vec3 white = vec3(1.0);
 #if SHADOWS > 0
     bool faces = radiance_from_light(shadowed_ray[0], vec4(white, shadowed_glow[0].w), n).r > 0.0;
-    return faces ? visibility(place_in_atlas(0)) : 0.0;
+    return faces ? arrives(0) : 0.0;
 #elif LIGHTS > 0
     vec4 ray = light_ray(0, world_position);
     return radiance_from_light(ray, vec4(white, light_glow(0).w), n).r > 0.0 ? 1.0 : 0.0;
