@@ -130,7 +130,7 @@ def test_a_layer_is_mixed_into_linear_light_by_the_vertices_alpha(
     archive = image_archive(tmp_path, images)
     sand, rock = (srgb_decoded(np.array(color) / 255) for color in grounds.values())
     ground = make_scene(
-        of(Material("ground", "sand.png", layer="rock.png"), floor()), archive=archive
+        of(Material("ground", "sand.png", layer="rock.png", fades=True), floor()), archive=archive
     )
     tints = np.ones((4, 4), np.float32)
     for alpha in (0.0, 0.25, 1.0):

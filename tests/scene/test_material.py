@@ -39,8 +39,6 @@ def made(*stages: str, general: str = "") -> Material:
         ("map wall", "map glow; blendFunc add"),
         ("map env; tcGen environment", "map wall; blendFunc blend"),
         ("map env; tcGen environment", "map wall; blendFunc add"),
-        ("map wall", "map lamps; blendFunc blend"),
-        ("map flow; tcMod scroll 0 1", "map glow; blendFunc add", "map wall; blendFunc blend"),
         ("map wall; tcMod scroll 0 1", "map env; tcGen environment; blendFunc blend"),
         ("map wall; tcMod scroll 0 1", "map glow; blendFunc add"),
     ],
@@ -71,18 +69,27 @@ def test_blended_surfaces(
     assert made(*stages) == replace(WALL, blend=blend, shade=shade)
 
 
+@pytest.mark.parametrize(
+    "stages",
+    [
+        ("map wall", "map lamps; blendFunc blend"),
+        ("map wall", "map lamps; blendFunc blend", "map $lightmap; blendFunc filter"),
+        ("map wall; tcMod scroll 0 1", "map glow; blendFunc add", "map lamps; blendFunc blend"),
+        ("map wall", "map env; tcGen environment; blendFunc blend", "map lamps; blendFunc blend"),
+        ("map wall", "map $lightmap; blendFunc blend", "map lamps; blendFunc blend"),
+        ("map wall", "map lamps; blendFunc blend; alphaGen identity", "map sign; blendFunc blend"),
+    ],
+)
+def test_an_image_lies_over_another(stages: tuple[str, ...]) -> None:
+    assert made(*stages) == replace(WALL, layer="lamps")
+
+
 def test_vertices_alpha_lays_an_image_over_terrain() -> None:
     rock, light = "map rock; blendFunc blend; alphaGen vertex", "map $lightmap; blendFunc filter"
-    assert made("map wall", rock, light) == replace(WALL, layer="rock")
+    assert made("map wall", rock, light) == replace(WALL, layer="rock", fades=True)
     assert made("map wall", rock.replace("vertex", "wave sin 0 1 0 1"), light) == WALL
     assert made("map wall", rock.replace("blend;", "add;"), light) == WALL
     assert made("map wall; blendFunc add", rock).layer is None
-    shiny = "map sky; blendFunc blend; alphaGen vertex; tcGen environment"
-    assert made("map wall", shiny, light) == WALL
-    assert made("map wall", rock.replace("rock", "$lightmap"), light) == WALL
-    assert made("map wall", shiny, rock, light) == replace(WALL, layer="rock")
-    flowing = made("map wall; tcMod scroll 0 1", rock)
-    assert (flowing.image, flowing.layer) == ("rock", None)  # its base already
     cut_out = made("map wall; alphaFunc GE128", rock)
     assert cut_out == replace(WALL, alpha_test=AlphaTest.GE128)
     missing = from_script("s", script("map wall", rock), {"wall": "wall"}.get)

@@ -25,7 +25,7 @@ from followspot.passes.materials import (
     set_state,
     variant_of,
 )
-from followspot.passes.programs import BASE_IMAGE, KEY_POSES, Shader, SurfacePrograms
+from followspot.passes.programs import BASE_IMAGE, KEY_POSES, LAYER_IMAGE, Shader, SurfacePrograms
 from followspot.passes.shadow_extent import Extents
 from followspot.passes.shadow_tiles import Tile
 from followspot.scene.figure import Run
@@ -46,6 +46,7 @@ class _Draw(NamedTuple):
     run: Run
     variant: Variant
     image: moderngl.Texture
+    layer: moderngl.Texture | None
 
 
 class _Choice(NamedTuple):
@@ -98,7 +99,7 @@ class CharacterPass:
     def _draw_of(self, figure: int, run: Run) -> _Draw:
         image = self._gpu_scene.image_of(run.material)
         variant = variant_of(run.material, is_smoothed=False)
-        return _Draw(figure, run, variant, image)
+        return _Draw(figure, run, variant, image, self._gpu_scene.layer_of(run.material))
 
     def _arrays(self, of: moderngl.Program) -> list[moderngl.VertexArray]:
         """A vertex array for each figure."""
@@ -214,6 +215,8 @@ class CharacterPass:
                 state = material.state
                 set_state(self._context, material)
             draw.image.use(BASE_IMAGE)
+            if draw.layer is not None:
+                draw.layer.use(LAYER_IMAGE)
             self._render(draw, self.programs.chosen[draw.variant], count)
         self._context.polygon_offset = 0.0, 0.0
 

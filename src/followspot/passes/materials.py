@@ -19,6 +19,7 @@ class Variant(NamedTuple):
     shade: Shade
     tinted: bool
     layered: bool
+    fades: bool
     smoothed: bool
 
     @property
@@ -35,6 +36,8 @@ class Variant(NamedTuple):
             macros["TINTED"] = 1
         if self.layered:
             macros["LAYERED"] = 1
+        if self.fades:
+            macros["FADES"] = 1
         if self.smoothed:
             macros["SMOOTHED"] = 1
         if self.shade is not Shade.LIT:
@@ -57,6 +60,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material.shade,
         material.is_tinted,
         material.layer is not None,
+        material.fades,
         is_smoothed and has_own_shadow and material.blend is None,
     )
 

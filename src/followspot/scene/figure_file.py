@@ -111,7 +111,7 @@ class FigureFiles:
             return found
 
         made = material.from_script(name, self._find_script(name), find)
-        return replace(made, layer=None)  # vertices of models have no alpha to lay it over by
+        return replace(made, fades=False)  # vertices of models have no alpha
 
     def _md2_skin(self, entry: str, model: Md2Model, skin: str | None) -> Material:
         """The skin of a name, or the first one there is: as the file names them, or beside it."""

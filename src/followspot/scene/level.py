@@ -118,8 +118,8 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     offsets = _model_offsets(bsp)
     parts = [_polygons(bsp, wanted, offsets), _patches(bsp, wanted, offsets, tolerance)]
     materials = tuple(found[number] for number in order)
-    is_layered = any(each.layer for each in materials)
-    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]], tinted=is_layered)
+    fades = any(each.fades for each in materials)
+    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]], tinted=fades)
 
     visibility = Visibility(bsp, level_face, _seen_from_everywhere(bsp))
     return Level(bsp, mesh, materials, visibility)

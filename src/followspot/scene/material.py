@@ -2,7 +2,7 @@
 
 A script is a program of stages for the game's own renderer, which has lightmaps and vertex
 colours. Here light comes from lights, so of the stages one is chosen: the image that tells the
-surface's colour; and for terrain another one, which is laid over it.
+surface's colour; and perhaps another one, which is laid over it.
 """
 
 from collections.abc import Callable
@@ -63,8 +63,9 @@ class Material:
         polygon_offset: Whether it is a decal that lies on another surface.
         alpha_scale: What the image's alpha is multiplied by before it is tested.
         is_tinted: Whether texels are multiplied by the mesh's tints.
-        layer: Path of an image that is laid over the base one where the mesh's tints say, by their
-            alpha: terrain that passes from one ground into another.
+        layer: Path of an image that is laid over the base one as its own alpha says.
+        fades: Whether the alpha of the mesh's tints says so, too: terrain that passes from one
+            ground into another.
     """
 
     name: str
@@ -78,6 +79,7 @@ class Material:
     alpha_scale: float = 1.0
     is_tinted: bool = False
     layer: str | None = None
+    fades: bool = False
 
     @property
     def state(self) -> tuple[object, ...]:
@@ -140,6 +142,8 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
     # What is cut out stands for itself, whatever it is mixed with, unless it only brightens.
     is_blended = first.blend is not None and (alpha_test is None or first.blend == _BRIGHTENS)
     blend = (stage.blend or first.blend) if is_blended else None
+    over = None if is_blended or alpha_test else _layer(script, stage)
+    layer = None if over is None or over.image is None else find_image(over.image)
     assert stage.image is not None, script
     return Material(
         name,
@@ -150,7 +154,8 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
         shade=_shade(blend),
         clamps=stage.clamps,
         polygon_offset=script.is_polygonoffset,
-        layer=None if is_blended or alpha_test else _layer(script, stage, find_image),
+        layer=layer,
+        fades=layer is not None and over is not None and over.alpha_gen == "vertex",
     )
 
 
@@ -159,28 +164,23 @@ def _base_stage(script: ShaderScript) -> Stage | None:
 
     Stages with a reflection's coordinates or that only add a glow come last; among the others the
     first one counts, which is the base in ``base, lightmap`` and in ``lightmap, base`` alike. But
-    what moves under an image with holes is an effect, and the image the surface; and water whose
-    first stage darkens the ground is seen by the ripples that another adds.
+    water whose first stage darkens the ground is seen by the ripples that another adds.
     """
     candidates = [stage for stage in script.stages if _has_image(stage)]
     base = min(candidates, key=lambda stage: (_reflects(stage), _adds(stage)), default=None)
     if base is None or script.stages[0].alpha_test is not None:
         return base
-    others = [stage for stage in candidates if not _reflects(stage)]
-    if base.blend is None and any(directive.name == "tcmod" for directive in base.directives):
-        return next((stage for stage in others if stage.blend == _COVERS), base)
     if base.blend in _MULTIPLIES and script.stages[0] is base:
-        return next(filter(_adds, others), base)
+        return next((s for s in candidates if _adds(s) and not _reflects(s)), base)
     return base
 
 
-def _layer(script: ShaderScript, base: Stage, find_image: FindImage) -> str | None:
-    """The image that vertices' alpha lays over the base, if there is such a stage."""
+def _layer(script: ShaderScript, base: Stage) -> Stage | None:
+    """The stage that lies over the base as its alpha, and perhaps its vertices', say."""
     for stage in script.stages[1:]:
-        lies_over = stage.blend == _COVERS and stage.alpha_gen == "vertex" and stage is not base
-        if lies_over and _has_image(stage) and not _reflects(stage):
-            assert stage.image is not None, script
-            return find_image(stage.image)
+        lies_over = stage.blend == _COVERS and stage.alpha_gen in ("", "identity", "vertex")
+        if lies_over and stage is not base and _has_image(stage) and not _reflects(stage):
+            return stage
     return None
 
 

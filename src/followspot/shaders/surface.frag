@@ -13,7 +13,7 @@ uniform vec2 alpha_test;               // keep where a * x + y > 0
 
 in vec3 world_normal;
 in vec2 texcoord;
-#if defined(TINTED) || defined(LAYERED)
+#if defined(TINTED) || defined(FADES)
 in vec4 tint;  // linear, that texels are multiplied by; or how far the layer covers them, its a
 #endif
 flat in float scale;
@@ -122,7 +122,10 @@ void main() {
 #endif
 #if defined(LAYERED) && !defined(ALBEDO)
     vec4 layer = texture(layer_image, texcoord);
-    texel.rgb = mix(texel.rgb, layer.rgb, layer.a * tint.a);
+#ifdef FADES
+    layer.a *= tint.a;
+#endif
+    texel.rgb = mix(texel.rgb, layer.rgb, layer.a);
 #elif defined(TINTED)
     texel *= tint;
 #endif

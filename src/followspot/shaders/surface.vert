@@ -6,7 +6,7 @@
 #include "common/object.glsl"
 
 in vec2 in_texcoord;
-#if defined(TINTED) || defined(LAYERED)
+#if defined(TINTED) || defined(FADES)
 in vec4 in_tint;
 out vec4 tint;
 #endif
@@ -69,7 +69,7 @@ void main() {
     vec4 world = vertex_in_world();
     world_normal = normal_in_world();
     texcoord = in_texcoord;
-#if defined(TINTED) || defined(LAYERED)
+#if defined(TINTED) || defined(FADES)
     tint = in_tint;
 #endif
     scale = output_scale.x;
