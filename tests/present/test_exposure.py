@@ -71,3 +71,26 @@ def test_a_brighter_picture_is_exposed_less(factor: float) -> None:
         brighter = some.copy()
         brighter[..., :3] *= factor
         assert automatic(brighter) == pytest.approx(automatic(some) / factor, rel=1e-4)
+
+
+def test_a_sliver_of_sky_may_burn_out() -> None:
+    """It counts by its share, so that nothing jumps when it comes into view."""
+    surfaces = picture(varied(0.3))
+    exposures = []
+    for columns in (0, 1, 4, 20):
+        some = surfaces.copy()
+        some[:, :columns] = picture(30.0, SKY)[:, :columns]
+        exposures.append(automatic(some))
+    none, sliver, strip, quarter = exposures
+    assert quarter == pytest.approx(0.8 / 30) and none > sliver > strip > quarter
+    assert sliver > 0.7 * none
+
+
+@pytest.mark.parametrize("dark", [1e-2, 1e-5])
+def test_few_dark_surfaces_do_not_burn_a_sky_of_stars(dark: float) -> None:
+    stars = picture(0.0, SKY)
+    stars[::3, ::3, :3] = 0.5  # most of the sky is black
+    alone = automatic(stars)
+    stars[30, :8] = picture(dark)[30, :8]
+    assert 0.5 * alone < automatic(stars) < 2 * alone
+    assert alone * stars[..., :3].mean() == pytest.approx(0.4, rel=0.1)

@@ -16,6 +16,13 @@ BRIGHT_PERCENT, HIGHLIGHT = 95, 0.65
 SKY = 0.8
 """Largest linear display value of the sky's median."""
 
+SKY_COUNTS = 0.25
+"""Share of the picture from which on the sky counts in full; a sliver of it may burn out."""
+
+SURFACES_COUNT, WHOLE = 0.1, 0.4
+"""Share of the picture from which on surfaces count in full; of fewer, the linear display value
+counts that the whole picture's mean comes to."""
+
 MAX_EXPOSURE = 1e6
 """Largest display value per radiance: that of a black picture."""
 
@@ -27,7 +34,8 @@ def automatic(picture: NDArray[Any]) -> float:
 
     It brings the geometric mean of the surfaces' luminances to `MIDDLE` (the log-average of
     Reinhard et al., Photographic Tone Reproduction for Digital Images, 2002), unless more than a
-    few percent of them, or most of the sky, would burn out.
+    few percent of them, or most of the sky, would burn out. Where there is little of either, it
+    counts for less.
 
     Args:
         picture: (h, w, 4) float32 radiance; the fourth is above 0.5 where there is a surface.
@@ -38,10 +46,21 @@ def automatic(picture: NDArray[Any]) -> float:
     luminance = np.where(np.isfinite(luminance), luminance, 0)
     is_surface = values[:, 3] > 0.5
     surface, sky = luminance[is_surface & (luminance > 0)], luminance[~is_surface]
-    limits = [MAX_EXPOSURE]
+    exposure = MAX_EXPOSURE
+    if luminance.any():
+        exposure = min(exposure, WHOLE / float(luminance.mean()))
     if len(surface):
-        limits.append(MIDDLE / float(np.exp(np.log(surface).mean())))
-        limits.append(HIGHLIGHT / float(np.percentile(surface, BRIGHT_PERCENT)))
+        middle = MIDDLE / float(np.exp(np.log(surface).mean()))
+        bright = HIGHLIGHT / float(np.percentile(surface, BRIGHT_PERCENT))
+        share = len(surface) / len(luminance) / SURFACES_COUNT
+        exposure = _between(exposure, min(middle, bright, MAX_EXPOSURE), share)
     if len(sky) and np.median(sky) > 0:
-        limits.append(SKY / float(np.median(sky)))
-    return min(limits)
+        limit = SKY / float(np.median(sky))
+        share = len(sky) / len(luminance) / SKY_COUNTS
+        exposure = min(exposure, _between(exposure, limit, share))
+    return exposure
+
+
+def _between(a: float, b: float, share: float) -> float:
+    """From one exposure to another by a share, stop by stop."""
+    return float(a * (b / a) ** min(share, 1.0))
