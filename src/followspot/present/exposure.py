@@ -20,8 +20,8 @@ SKY_COUNTS = 0.25
 """Share of the picture from which on the sky counts in full; a sliver of it may burn out."""
 
 SURFACES_COUNT, WHOLE = 0.1, 0.4
-"""Share of the picture from which on surfaces count in full; of fewer, the linear display value
-counts that the whole picture's mean comes to."""
+"""Share of the picture from which on surfaces count in full; where there are fewer, the whole
+picture's mean comes to at most about this linear display value."""
 
 MAX_EXPOSURE = 1e6
 """Largest display value per radiance: that of a black picture."""
@@ -43,7 +43,7 @@ def automatic(picture: NDArray[Any]) -> float:
     step = max(1, min(picture.shape[:2]) // _PLACES)
     values = picture[::step, ::step].reshape(-1, 4)
     luminance = values[:, :3] @ LUMINANCE
-    luminance = np.where(np.isfinite(luminance), luminance, 0)
+    luminance = np.where(np.isfinite(luminance), np.maximum(luminance, 0), 0)
     is_surface = values[:, 3] > 0.5
     surface, sky = luminance[is_surface & (luminance > 0)], luminance[~is_surface]
     exposure = MAX_EXPOSURE
@@ -53,7 +53,8 @@ def automatic(picture: NDArray[Any]) -> float:
         middle = MIDDLE / float(np.exp(np.log(surface).mean()))
         bright = HIGHLIGHT / float(np.percentile(surface, BRIGHT_PERCENT))
         share = len(surface) / len(luminance) / SURFACES_COUNT
-        exposure = _between(exposure, min(middle, bright, MAX_EXPOSURE), share)
+        own = min(middle, bright, MAX_EXPOSURE)
+        exposure = min(own, _between(exposure, own, share))
     if len(sky) and np.median(sky) > 0:
         limit = SKY / float(np.median(sky))
         share = len(sky) / len(luminance) / SKY_COUNTS
