@@ -186,7 +186,7 @@ class ShadowPass:
     def _draw_characters(self, settings: Settings, anew: set[Place]) -> None:
         """Put the level's depth back where characters were; draw them where they are."""
         level, sampled = self._maps
-        before, self._covered = self._covered, {}  # for good, where this is interrupted
+        before, self._covered = self._covered, {}  # and so it stays if this is interrupted
         covered = {
             tile.place: self._characters.covering(number) for number, tile in enumerate(self.tiles)
         }

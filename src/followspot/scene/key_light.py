@@ -44,8 +44,6 @@ SPOT_HALF_ANGLE = math.radians(55)
 REACH = 4096.0
 """Units that a look around goes at most."""
 
-"""(n, 3) in world units."""
-
 _FAR_ENOUGH = 400.0  # units from which a spot light may light a wall, and no farther is better
 _FINALISTS = 32
 _CHECKED, _CLEAR = 8, 0.8  # finalists at most that triangles are asked about; a share that will do
