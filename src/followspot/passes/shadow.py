@@ -30,6 +30,9 @@ from followspot.passes.shadow_tiles import Place, ShadowTiles, Tile
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
 
+_UNFOLDED = ((1, 1), (1, 3), (1, 0), (1, 2), (0, 1), (2, 1))
+"""Row and column of each side of a cube in its picture."""
+
 
 class ShadowPass:
     """The atlas, the programs that fill it, and what is in it now.
@@ -54,8 +57,7 @@ class ShadowPass:
         self._gpu_scene = gpu_scene
         self._characters = characters
         self._flush = gl.flush_function(context)
-        size = max(gpu_scene.scene.mesh.indices.nbytes, 4) * blocks.MAX_SHADOWS * 2
-        self._indices = context.buffer(reserve=size, dynamic=True)  # all tiles' casters
+        self._indices = context.buffer(reserve=4, dynamic=True)  # all tiles' casters
         self._solid = Shader(context, folder, "shadow", self._array)
         self._cut_out = Shader(context, folder, "shadow", self._array, {"ALPHA_TEST": 1})
         most = max(len(gpu_scene.scene.crowd), 1)  # where all were; or a whole tile
@@ -64,7 +66,7 @@ class ShadowPass:
         self.shaders = [self._solid, self._cut_out, self._restore]
         self.layout = ShadowTiles(gpu_scene.scene)
         self._placed: object = None
-        self._placing: list[tuple[Any, ...]] = []
+        self._placing: list[tuple[str, Any, Any]] = []
         self._drawn: dict[Place, object] = {}  # what is in the level's tiles
         # With characters two: the level's alone, then the one with theirs.
         self._maps: list[ShadowMap] = []
@@ -82,19 +84,22 @@ class ShadowPass:
         content = [(self._rectangles, "4f/i", "in_corners")]
         return [self._context.vertex_array(restore, content)]
 
-    def reserve(self, light_count: int, settings: Settings) -> None:
-        """Make room for so many lights' maps. Not to be called inside a frame."""
-        size, columns = shadow_tiles.tile_size(settings), shadow_tiles.tiles_per_light(settings)
-        wanted = columns * size, size * max(light_count, 1)
-        if self._maps and (self.atlas.size == wanted or light_count == 0):
+    def reserve(self, lights: tuple[SpotLight, ...], settings: Settings) -> None:
+        """Make room for lights' maps. Not to be called inside a frame."""
+        size, columns = shadow_tiles.tile_size(settings), shadow_tiles.columns(settings)
+        wanted = columns * size, size * max(shadow_tiles.rows(lights, settings), 1)
+        if self._maps and (self.atlas.size == wanted or not lights):
             return
         limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
         if max(wanted) > limit:
             raise UsageError(
-                f"shadow_map_size: {light_count} lights with maps of {settings.shadow_map_size} "
-                f"texels need {max(wanted)} in a row; this OpenGL has {limit}"
+                f"shadow_map_size: {len(lights)} maps, six of a point light, of "
+                f"{settings.shadow_map_size} texels need {max(wanted)} in a row; this OpenGL has "
+                f"{limit}"
             )
         self.size = size
+        tile_count = wanted[0] * wanted[1] // size**2
+        self._indices.orphan(max(self._gpu_scene.scene.mesh.indices.nbytes, 4) * tile_count)
         self._drop_maps()
         self._maps = [ShadowMap(self._context, wanted, size)]
         if len(self._gpu_scene.scene.crowd):
@@ -120,7 +125,7 @@ class ShadowPass:
         """Choose what the lights' tiles cover.
 
         Args:
-            lights: Those with a shadow map, at most as many as reserved.
+            lights: Those with a shadow map, for which there is room.
             settings: Of them the shadow settings are read.
             receivers: What the camera sees, the same object while it is the same.
         """
@@ -137,18 +142,27 @@ class ShadowPass:
         wanted = self.tiles, self.atlas.size, settings.shadow_normal_offset
         if wanted != self._placed:
             self._placed = wanted
-            self._placing = [self._place(tile, settings) for tile in self.tiles if not tile.is_near]
-        for light, (into_wide, into_near, right, up, depth) in enumerate(self._placing):
-            block["shadow_from_world"][light] = into_wide
-            block["near_from_wide"][light] = into_near
-            block["offset_right"][light], block["offset_up"][light] = right, up
-            block["light_position"][light, 3] = depth
+            wide = [tile for tile in self.tiles if not tile.is_near]
+            self._placing = [value for tile in wide for value in self._values(tile, settings)]
+        for name, index, value in self._placing:
+            block[name][index] = value
 
-    def _place(self, tile: Tile, settings: Settings) -> tuple[Any, ...]:
-        """What a light's surfaces are looked up by, from its wide tile."""
-        (right, up), depth = self.layout.offsets(tile, settings.shadow_normal_offset, self.size)
+    def _values(self, tile: Tile, settings: Settings) -> list[tuple[str, Any, Any]]:
+        """What a light's surfaces are looked up by, from its wide tile: field, index, value."""
+        number, spots = tile.light, shadow_tiles.spot_count(self.layout.lights)
+        if number >= spots:
+            window, depth = self.layout.side_lookup(tile)
+            side = number - spots
+            return [("side_window", side, window), ("side_depth", (side, slice(2)), depth)]
+        (right, up), deeper = self.layout.offsets(tile, settings.shadow_normal_offset, self.size)
         into_wide = blocks.column_major(self.layout.atlas_from_world(tile))
-        return into_wide, self.layout.near_from_wide()[tile.light], right, up, depth
+        return [
+            ("shadow_from_world", number, into_wide),
+            ("near_from_wide", number, self.layout.near_from_wide()[number]),
+            ("offset_right", number, right),
+            ("offset_up", number, up),
+            ("light_position", (number, 3), deeper),
+        ]
 
     def draw(self, settings: Settings, *, is_used: bool, characters_moved: bool) -> None:
         """Bring the atlas up to date for what was fitted last.
@@ -280,6 +294,26 @@ class ShadowPass:
             finer = self._maps[-1].depths_at(near[0].place, places[0][columns], places[1][rows])
             depths[np.ix_(rows, columns)] = finer
         return wide.frustum.distances(depths[::-1]).astype(np.float32)
+
+    def read_cube(self) -> NDArray[np.float32]:
+        """(3 size, 4 size) distances along their axes of the first point light's sides, in units.
+
+        Unfolded as they are seen from the light: +Y +X -Y -X around the horizon, +Z above and -Z
+        below +X. Infinite where the light's rays hit nothing, or nothing is looked up.
+        """
+        size, first = self.size, shadow_tiles.spot_count(self.layout.lights)
+        picture = np.full((3, 4, size, size), np.inf, np.float32)
+        tangents = (np.arange(size) * 2 + 1) / size - 1
+        for number, cell in enumerate(_UNFOLDED):
+            for tile in self.tiles_of(first + number):
+                low, high = tile.frustum.edges[:, :, np.newaxis]
+                x, y = (tangents - low) / (high - low)
+                (columns, rows) = ((place >= 0) & (place < 1) for place in (x, y))
+                depths = self._maps[-1].depths_at(tile.place, x[columns], y[rows])
+                side = np.full((size, size), np.inf)
+                side[np.ix_(rows, columns)] = tile.frustum.distances(depths)
+                picture[cell] = side[::-1]
+        return picture.swapaxes(1, 2).reshape(3 * size, 4 * size)
 
     def read_depths(self, tile: Tile, part: Part) -> NDArray[np.float32]:
         """Read a part of a tile; waits for the GPU.

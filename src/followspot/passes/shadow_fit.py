@@ -8,7 +8,8 @@ size have their texels at the same places, so shadow edges do not swim.
 
 A light has two tiles: the wide one holds all that the camera sees, the near one what is near the
 camera, where a texel covers most pixels (as in Zhang, Sun, Xu and Lu 2006, "Parallel-split shadow
-maps"). Both have the same planes, so that one depth is compared with either.
+maps"). Both have the same planes, so that one depth is compared with either. Of a point light, each
+side of the cube around it has a wide tile, if anything that the camera sees is there.
 """
 
 import math
@@ -91,6 +92,11 @@ class ShadowFrustum:
     def texel(self) -> float:
         """Longer edge of a texel in the plane at distance 1 from the light."""
         return float(self.texels.max())
+
+    @property
+    def edges(self) -> Floats:
+        """(2, 2) lowest and highest tangents of the window."""
+        return np.array(self.window).reshape(2, 2).T
 
     def covers_the_same(self, other: "ShadowFrustum") -> bool:
         """Whether another frustum of the same light is as good as this one."""
@@ -218,6 +224,11 @@ def fit_near(
         if mean < least:
             best, least = tile, mean
     return best
+
+
+def reaches(light: SpotLight, receivers: Outlines) -> bool:
+    """Whether any receivers are within a light's cone."""
+    return bool(receivers.within(_cone(light)).any())
 
 
 def _cone(light: SpotLight) -> Window:

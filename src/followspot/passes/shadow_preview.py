@@ -50,7 +50,7 @@ class ShadowPreview:
         of = self._shader.program
         program.set_uniform(of, "shadow_depths", SHADOW_ATLAS)
         scale, shift = tile.finer_from_here if finer else ((0.0, 0.0), (-1.0, -1.0))
-        program.set_uniform(of, "row", number)
+        program.set_uniform(of, "corner", tuple(size * at for at in tile.place))
         program.set_uniform(of, "near_from_wide", (*scale, *shift))
         program.set_uniform(of, "size", size)
         program.set_uniform(of, "planes", (tile.frustum.near, tile.frustum.far))

@@ -21,6 +21,7 @@ from followspot.passes.shadow_preview import ShadowPreview
 from followspot.passes.view import View
 from followspot.present.exposure import automatic
 from followspot.scene.camera import Camera
+from followspot.scene.light import CubeSide
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 
@@ -223,9 +224,10 @@ class Renderer:
 
     def _shadow_map(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
         if not frame.shadowed:
-            raise UsageError("there is no shadow map: no spot light casts shadows here")
+            raise UsageError("there is no shadow map: no light casts shadows here")
         self.draw(frame)
-        distance = self.pipeline.shadow.read_distance(0)
+        shadow, is_cube = self.pipeline.shadow, isinstance(frame.shadowed[0], CubeSide)
+        distance = shadow.read_cube() if is_cube else shadow.read_distance(0)
         return distance if linear else _stretched(distance)
 
     def shadow_map_texture(self, number: int = 0) -> moderngl.Texture | None:

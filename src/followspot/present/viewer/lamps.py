@@ -8,7 +8,7 @@ import numpy as np
 from followspot.gpu.blocks import MAX_LIGHTS, MAX_SHADOWS
 from followspot.present.viewer.state import Lamp, State
 from followspot.scene.key_light import IRRADIANCE
-from followspot.scene.light import Light, PointLight, SpotLight
+from followspot.scene.light import Light, PointLight, SpotLight, casting
 
 NEW_HALF_ANGLE = math.radians(30)
 NEW_REACH = 300.0
@@ -40,9 +40,8 @@ def removed(state: State, number: int) -> State:
 
 
 def may_cast(state: State) -> bool:
-    """Whether one more light may have a shadow map."""
-    casting = [lamp for lamp in state.lamps if getattr(lamp.light, "casts_shadow", False)]
-    return len(casting) < MAX_SHADOWS
+    """Whether one more spot light may have a shadow map."""
+    return len(casting([lamp.light for lamp in state.lamps])) < MAX_SHADOWS
 
 
 def at_eye(state: State, light: Light) -> Light:
