@@ -251,9 +251,7 @@ class RayTracer:
         no face that is there for one and not for the other.
         """
         mi = self._mi
-        scene = self._scene(
-            self._is_solid, light=mitsuba_scene.emitter(self._mi, light, self._metres)
-        )
+        scene = self._scene(self._is_solid, light=mitsuba_scene.emitter(mi, light, self._metres))
         middle = {"type": "stratified", "sample_count": 1, "jitter": False}
         integrator = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
         sensor = mitsuba_scene.sensor(mi, camera, size, middle, self._metres)
