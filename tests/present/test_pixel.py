@@ -47,7 +47,7 @@ GLASS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
 
 @pytest.fixture
 def garden(tmp_path: Path) -> Scene:
-    """All kinds of surfaces under two lamps with shadows and one without."""
+    """All kinds of surfaces under two spot lights and a point light."""
     random = np.random.default_rng(4)
     leaf = random.integers(60, 256, (8, 8, 4), np.uint8)
     leaf[..., 3] = np.kron([[0, 255], [255, 0]], np.ones((4, 4)))
@@ -102,9 +102,9 @@ def check(report: PixelReport, frame: FrameInput) -> None:
     for light in frame.lights:
         towards = light.position - report.position
         r = np.linalg.norm(towards)
-        share: Any = 1.0
+        lookup = report.shadows[frame.lights.index(light)]  # of a point light's sides there is one
+        share: Any = lookup.arrives
         if isinstance(light, SpotLight):
-            lookup = report.shadows[frame.shadowed.index(light)]
             cosine = -(towards @ light.direction) / r
             rim = np.clip(
                 (cosine - light.cos_rim) / max(light.cos_full - light.cos_rim, 1e-6), 0, 1

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from followspot.errors import UsageError
 from followspot.gpu import blocks
-from followspot.passes import shadow_tiles
+from followspot.passes import shadow_fit, shadow_tiles
 from followspot.scene.light import Light, PointLight, SpotLight, casting, casting_around
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
@@ -90,6 +90,9 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
         "NEAR_REACH": f"{shadow_tiles.near_reach(settings):.9g}",
         "SHADOW_BIAS": f"{settings.shadow_bias:.9g}",
         "NORMAL_OFFSET": f"{settings.shadow_normal_offset:.9g}",
+        "TILE_SIZE": f"{shadow_tiles.tile_size(settings):.1f}",
+        "SIDE_SCALE": f"{shadow_tiles.side_scale(settings):.9g}",
+        "NEAREST_AROUND": f"{shadow_fit.NEAREST_AROUND:.9g}",
     }
     if settings.shadow_cull is not CullFace.FRONT:
         macros["LIT_SIDES_CAST"] = 1

@@ -18,7 +18,7 @@ from followspot.gpu import blocks, gl, program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import Part
-from followspot.passes import shadow_extent, shadow_tiles
+from followspot.passes import shadow_extent, shadow_fit, shadow_tiles
 from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector, set_caster_culling
@@ -151,9 +151,8 @@ class ShadowPass:
         """What a light's surfaces are looked up by, from its wide tile: field, index, value."""
         number, spots = tile.light, shadow_tiles.spot_count(self.layout.lights)
         if number >= spots:
-            window, depth = self.layout.side_lookup(tile)
-            side = number - spots
-            return [("side_window", side, window), ("side_depth", (side, slice(2)), depth)]
+            light = spots + (number - spots) // blocks.SIDES
+            return [("light_position", (light, 3), tile.frustum.near)]
         (right, up), deeper = self.layout.offsets(tile, settings.shadow_normal_offset, self.size)
         into_wide = blocks.column_major(self.layout.atlas_from_world(tile))
         return [
@@ -299,20 +298,16 @@ class ShadowPass:
         """(3 size, 4 size) distances along their axes of the first point light's sides, in units.
 
         Unfolded as they are seen from the light: +Y +X -Y -X around the horizon, +Z above and -Z
-        below +X. Infinite where the light's rays hit nothing, or nothing is looked up.
+        below +X. Infinite where the light's rays hit nothing.
         """
         size, first = self.size, shadow_tiles.spot_count(self.layout.lights)
         picture = np.full((3, 4, size, size), np.inf, np.float32)
         tangents = (np.arange(size) * 2 + 1) / size - 1
         for number, cell in enumerate(_UNFOLDED):
-            for tile in self.tiles_of(first + number):
-                low, high = tile.frustum.edges[:, :, np.newaxis]
-                x, y = (tangents - low) / (high - low)
-                (columns, rows) = ((place >= 0) & (place < 1) for place in (x, y))
-                depths = self._maps[-1].depths_at(tile.place, x[columns], y[rows])
-                side = np.full((size, size), np.inf)
-                side[np.ix_(rows, columns)] = tile.frustum.distances(depths)
-                picture[cell] = side[::-1]
+            (tile,) = self.tiles_of(first + number)
+            places = (tangents / shadow_fit.side_reach(size) + 1) / 2
+            depths = self._maps[-1].depths_at(tile.place, places, places)
+            picture[cell] = tile.frustum.distances(depths[::-1])
         return picture.swapaxes(1, 2).reshape(3 * size, 4 * size)
 
     def read_depths(self, tile: Tile, part: Part) -> NDArray[np.float32]:

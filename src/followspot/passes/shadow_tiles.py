@@ -3,7 +3,8 @@
 The atlas has a row for each spot light, of two square tiles: the wide one for all that the camera
 sees, the near one for what is near it. Together they have the texels that were asked for. Where
 maps are not fitted to the camera there is only the wide one. The sides of point lights' cubes
-follow, with one tile each.
+follow, with one tile each that stays the same wherever the camera is: it is in the middle of what
+they light, so that there is nothing to fit.
 """
 
 import math
@@ -54,6 +55,11 @@ def tile_size(settings: Settings) -> int:
 def near_reach(settings: Settings) -> float:
     """Share of a near tile's edge from its middle up to which it is looked at."""
     return 0.5 - shadow_fit.MARGIN / tile_size(settings)
+
+
+def side_scale(settings: Settings) -> float:
+    """Share of a tile's edge that a tangent of 1 is, on a side of a point light's cube."""
+    return 0.5 / shadow_fit.side_reach(tile_size(settings))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +115,8 @@ class ShadowTiles:
             np.concatenate([scene.mesh.faces["mins"], scene.crowd.mins]),
             np.concatenate([scene.mesh.faces["maxs"], scene.crowd.maxs]),
         )
+        mins, maxs = self._everything.mins, self._everything.maxs
+        self._bounds = mins.min(axis=0, initial=np.inf), maxs.max(axis=0, initial=-np.inf)
         materials = scene.materials
         self._casts = np.array([m.blend is None for m in materials], bool)
         self._one_sided = np.array([not m.is_two_sided for m in materials], bool)
@@ -160,20 +168,22 @@ class ShadowTiles:
         tiles: list[Tile] = []
         spots = spot_count(lights)
         for number, light in enumerate(lights):
-            is_side = isinstance(light, CubeSide)
+            place = self._place(number, spots)
+            if isinstance(light, CubeSide):
+                side = shadow_fit.whole_side(light, *self._bounds, size)
+                tiles.append(self._tile(Tile(number, place, False, side), before, light, settings))
+                continue
             seen = None if receivers is None else shadow_fit.outlines(light, receivers)
-            if is_side and seen is not None and not shadow_fit.reaches(light, seen):
-                continue  # nothing is looked up there
             wide = shadow_fit.fit(light, self._outlines[light], seen, size)
             near = None
-            if receivers is not None and seen is not None and not is_side:
+            if receivers is not None and seen is not None:
                 near = shadow_fit.fit_near(light, wide, receivers, seen, size)
             if near is not None:
                 finer = self._tile(Tile(number, (1, number), True, near), before, light, settings)
                 near = finer.frustum
-            place = self._place(number, spots)
-            wanted_tile = Tile(number, place, False, wide, near)
-            tiles.append(self._tile(wanted_tile, before, light, settings))
+            tiles.append(
+                self._tile(Tile(number, place, False, wide, near), before, light, settings)
+            )
             if near is not None:
                 tiles.append(finer)
         is_new = self.tiles != tuple(tiles)
@@ -257,26 +267,6 @@ class ShadowTiles:
                 shift = (shift - scale * before + after) / self.shape
                 found[tile.light] = *scale, *shift
         return found
-
-    def side_lookup(self, tile: Tile) -> tuple[Floats, Floats]:
-        """What `place_on_cube` of common/cube.glsl knows of a side of a point light's cube.
-
-        Args:
-            tile: The side's.
-
-        Returns:
-            (4,) scale and shift from tangents to the atlas. Tangents are coordinates from the light
-            in world space across the side's axis, over that along it: y, z for X; x, z for Y; y, x
-            for Z. (2,) of depth the constant, and what over the distance along the axis is added.
-        """
-        matrix = self.atlas_from_world(tile)
-        direction = np.rint(self.lights[tile.light].direction)
-        along = int(np.abs(direction).argmax())
-        across = {0: (1, 2), 1: (0, 2), 2: (1, 0)}[along]
-        scale, shift = matrix[[0, 1], across], matrix[:2, along] * direction[along]
-        frustum = tile.frustum
-        depth = np.array([frustum.far, -frustum.near * frustum.far]) / (frustum.far - frustum.near)
-        return np.concatenate([scale, shift]), depth
 
 
 def _tangents_from_world(light: SpotLight) -> Mat4:

@@ -49,7 +49,7 @@ class PointLight:
         return tuple(
             CubeSide(
                 self.position,
-                axis * sign,
+                axis * sign + 0.0,  # no -0, which would turn the lower side round
                 math.pi / 4,
                 self.power / 6,
                 name=f"{self.name or 'point'} {'+' if sign > 0 else '-'}{letter}",

@@ -23,6 +23,9 @@ out vec3 world_position;
 out vec4 shadowed_ray[MAPPED];  // common/light.glsl
 flat out vec4 shadowed_glow[MAPPED];
 #endif
+#if POINT_SHADOWS > 0
+flat out float near_plane[POINT_SHADOWS];  // of the sides' maps
+#endif
 #if SHADOWS > 0
 out vec4 shadow_wide[SHADOWS];  // place in the atlas, in the wide tile
 #if SHADOW_COLUMNS == 2
@@ -70,6 +73,9 @@ void main() {
         shadowed_ray[i] = light_ray(i, world.xyz);
         shadowed_glow[i] = light_glow(i);
     }
+#endif
+#if POINT_SHADOWS > 0
+    for (int i = 0; i < POINT_SHADOWS; ++i) near_plane[i] = light_position[SHADOWS + i].w;
 #endif
 #if SHADOWS > 0
     for (int i = 0; i < SHADOWS; ++i) place_in_tiles(i, world.xyz, world_normal);

@@ -41,9 +41,7 @@ def show(state: State, seen: Seen) -> State:
     room = imgui.get_content_region_avail()
     edge = min(room.x, max(room.y - low, _LEAST))
     if seen.found.shadow_map is None:
-        imgui.begin_child("none", (edge, edge))
-        imgui.text_wrapped("The camera sees nothing on this side of the light.")
-        imgui.end_child()
+        imgui.dummy((edge, edge))
     else:
         state = _picture(state, seen.found.shadow_map, edge)
         _tiles(seen.found.shadow_map.width, seen.found.finer)
