@@ -102,14 +102,15 @@ def check(report: PixelReport, frame: FrameInput) -> None:
     for light in frame.lights:
         towards = light.position - report.position
         r = np.linalg.norm(towards)
-        lookup = report.shadows[frame.lights.index(light)]  # of a point light's sides there is one
-        share: Any = lookup.arrives
+        share: Any = 1.0
+        if light.casts_shadow:  # these come first, and of a point light's sides there is one
+            share = report.shadows[frame.lights.index(light)].arrives
         if isinstance(light, SpotLight):
             cosine = -(towards @ light.direction) / r
             rim = np.clip(
                 (cosine - light.cos_rim) / max(light.cos_full - light.cos_rim, 1e-6), 0, 1
             )
-            share = rim * rim * (3 - 2 * rim) * lookup.arrives
+            share *= rim * rim * (3 - 2 * rim)
         intensity = light.intensity / scene.metres_per_unit**2
         expected += share * intensity * max(report.normal @ towards, 0) / r**3
     doubtful = any(is_close_call(lookup) for lookup in report.shadows)

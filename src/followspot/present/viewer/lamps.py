@@ -15,20 +15,24 @@ NEW_REACH = 300.0
 """Units at which a new light is as bright as one that the program chooses."""
 
 
-def added(state: State) -> State:
-    """A spot light where the camera is, shining where it looks, selected."""
+def added(state: State, *, is_point: bool = False) -> State:
+    """A point light where the camera is, or a spot light that shines where it looks; selected."""
     if len(state.lamps) >= MAX_LIGHTS:
         return replace(state, notice=f"There can be {MAX_LIGHTS} lights.")
-    camera = state.camera
-    light = SpotLight(
-        camera.position,
-        camera.forward,
-        NEW_HALF_ANGLE,
-        np.ones(3),
-        softness=0.2,
-        casts_shadow=may_cast(state),
-        name=_free_name(state),
-    )
+    camera, name = state.camera, _free_name(state)
+    light: Light
+    if is_point:
+        light = PointLight(camera.position, np.ones(3), name=name)
+    else:
+        light = SpotLight(
+            camera.position,
+            camera.forward,
+            NEW_HALF_ANGLE,
+            np.ones(3),
+            softness=0.2,
+            casts_shadow=may_cast(state),
+            name=name,
+        )
     distance = NEW_REACH * state.scene.metres_per_unit
     light = replace(light, power=light.power * (IRRADIANCE * distance**2 / light.intensity[0]))
     return replace(state, lamps=(*state.lamps, Lamp(light)), selected=len(state.lamps))

@@ -24,6 +24,9 @@ def show(state: State, seen: Seen) -> State:
     state = _list(state)
     if imgui.button("Add (L)"):
         state = lamps.added(state)
+    imgui.same_line()
+    if imgui.button("Add point"):
+        state = lamps.added(state, is_point=True)
     if state.selected is None:
         imgui.same_line()
         imgui.text_disabled("Select one to change it.")
