@@ -14,6 +14,7 @@ from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import UsageError
 from followspot.passes.frame import FrameInput
 from followspot.passes.shadow_preview import ShadowPreview
+from followspot.passes.shadow_reading import read_distance
 from followspot.passes.view import View
 from followspot.present.pixel import PixelReport, ShadowLookup, inspect_pixel
 from followspot.present.renderer import Renderer
@@ -241,7 +242,7 @@ def test_maps_are_shown_and_read_as_they_are(renderer: Renderer, garden: Scene) 
     size = shadow.size
     preview = ShadowPreview(gpu_scene.context)
     for number in (0, 1):
-        distance = shadow.read_distance(number)
+        distance = read_distance(shadow, number)
         wide, *near = shadow.tiles_of(number)
         whole = 0, 0, size, size
         depths = shadow.read_depths(wide, whole)

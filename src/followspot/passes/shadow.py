@@ -18,7 +18,7 @@ from followspot.gpu import blocks, gl, program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.gpu.targets import Part
-from followspot.passes import shadow_extent, shadow_fit, shadow_tiles
+from followspot.passes import shadow_extent, shadow_tiles
 from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import DrawList
 from followspot.passes.materials import alpha_test_vector, set_caster_culling
@@ -29,9 +29,6 @@ from followspot.passes.shadow_map import ShadowMap
 from followspot.passes.shadow_tiles import Place, ShadowTiles, Tile
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace, Settings
-
-_UNFOLDED = ((1, 1), (1, 3), (1, 0), (1, 2), (0, 1), (2, 1))
-"""Row and column of each side of a cube in its picture."""
 
 
 class ShadowPass:
@@ -117,9 +114,14 @@ class ShadowPass:
         return tuple(tile for tile in self.tiles if tile.light == number)
 
     @property
+    def map(self) -> ShadowMap:
+        """What is sampled: the level's depth and characters'."""
+        return self._maps[-1]
+
+    @property
     def atlas(self) -> moderngl.Texture:
-        """Depth texture, a row of tiles a light; compared by the fetch."""
-        return self._maps[-1].texture
+        """Its depth texture, compared by the fetch."""
+        return self.map.texture
 
     def fit(self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Receivers) -> None:
         """Choose what the lights' tiles cover.
@@ -277,46 +279,13 @@ class ShadowPass:
         self.triangle_count += casters.triangle_count
         self.draw_count += len(casters.batches)
 
-    def read_distance(self, number: int) -> NDArray[np.float32]:
-        """(size, size) distances along light `number`'s axis in units, top row first.
-
-        What its wide tile covers, but from the near one where that holds a pixel's middle, as
-        lookups find them. Infinite where the light's rays hit nothing.
-        """
-        wide, *near = self.tiles_of(number)
-        places = np.tile((np.arange(self.size) + 0.5) / self.size, (2, 1))
-        depths = self._maps[-1].depths_at(wide.place, *places)
-        if near:
-            scale, shift = wide.finer_from_here
-            places = places * scale[:, np.newaxis] + shift[:, np.newaxis]
-            columns, rows = (places >= 0) & (places < 1)
-            finer = self._maps[-1].depths_at(near[0].place, places[0][columns], places[1][rows])
-            depths[np.ix_(rows, columns)] = finer
-        return wide.frustum.distances(depths[::-1]).astype(np.float32)
-
-    def read_cube(self) -> NDArray[np.float32]:
-        """(3 size, 4 size) distances along their axes of the first point light's sides, in units.
-
-        Unfolded as they are seen from the light: +Y +X -Y -X around the horizon, +Z above and -Z
-        below +X. Infinite where the light's rays hit nothing.
-        """
-        size, first = self.size, shadow_tiles.spot_count(self.layout.lights)
-        picture = np.full((3, 4, size, size), np.inf, np.float32)
-        tangents = (np.arange(size) * 2 + 1) / size - 1
-        for number, cell in enumerate(_UNFOLDED):
-            (tile,) = self.tiles_of(first + number)
-            places = (tangents / shadow_fit.side_reach(size) + 1) / 2
-            depths = self._maps[-1].depths_at(tile.place, places, places)
-            picture[cell] = tile.frustum.distances(depths[::-1])
-        return picture.swapaxes(1, 2).reshape(3 * size, 4 * size)
-
     def read_depths(self, tile: Tile, part: Part) -> NDArray[np.float32]:
         """Read a part of a tile; waits for the GPU.
 
         Returns:
             (h, w) depths in [0, 1], top row first.
         """
-        return self._maps[-1].read(tile.place, part)
+        return self.map.read(tile.place, part)
 
     def release(self) -> None:
         """Give the GL objects back."""

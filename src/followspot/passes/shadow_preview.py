@@ -9,6 +9,7 @@ from followspot.gpu.targets import encode_srgb, release_framebuffer
 from followspot.passes.programs import SHADOW_ATLAS, over_picture
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.shadow_fit import ShadowFrustum
+from followspot.passes.shadow_reading import read_distance
 
 _THINNEST = 1.0
 """Units between the distances that are darkest and lightest, at least."""
@@ -88,7 +89,7 @@ class ShadowPreview:
 
 def _between(shadow: ShadowPass, number: int) -> tuple[float, float]:
     """Distances along light `number`'s axis, in units, of what is nearest and farthest."""
-    distance = shadow.read_distance(number)
+    distance = read_distance(shadow, number)
     hit = distance[np.isfinite(distance)]
     if not hit.size:
         frustum = shadow.tiles_of(number)[0].frustum

@@ -18,6 +18,7 @@ from followspot.gpu.timers import PassTimers
 from followspot.passes.frame import PASSES, FrameInput, FramePipeline, FrameReport
 from followspot.passes.overlay import Overlay
 from followspot.passes.shadow_preview import ShadowPreview
+from followspot.passes.shadow_reading import read_cube, read_distance
 from followspot.passes.view import View
 from followspot.present.exposure import automatic
 from followspot.scene.camera import Camera
@@ -227,7 +228,7 @@ class Renderer:
             raise UsageError("there is no shadow map: no light casts shadows here")
         self.draw(frame)
         shadow, is_cube = self.pipeline.shadow, isinstance(frame.shadowed[0], CubeSide)
-        distance = shadow.read_cube() if is_cube else shadow.read_distance(0)
+        distance = read_cube(shadow) if is_cube else read_distance(shadow, 0)
         return distance if linear else _stretched(distance)
 
     def shadow_map_texture(self, number: int = 0) -> moderngl.Texture | None:

@@ -444,13 +444,13 @@ def failing(hands: Hands) -> Iterator[None]:
     light = '[[lights]]\ntype = "point"\nposition = [0, 0, 0]\npower = 1\n'
     Path("nine.toml").write_text('level = "courtyard"\n' + 9 * light)
     viewer.state = replace(hands.state, look=Look(View.SHADOW_MAP))
-    yield from hands.until(lambda _: viewer._seen is not None and viewer._seen.found.key_map)
+    yield from hands.until(lambda _: viewer._seen is not None and viewer._seen.found.key_maps)
     viewer.state = replace(hands.state, wanted="nine.toml")
     for _ in hands.until(has_failed("at most 8 lights")):
         yield
-        shown = viewer._seen.found.key_map
-        assert shown is None or not isinstance(shown.mglo, moderngl.InvalidObject)
-    yield from hands.until(lambda _: viewer._seen.found.key_map)
+        shown = viewer._seen.found.key_maps
+        assert not any(isinstance(each.mglo, moderngl.InvalidObject) for each in shown)
+    yield from hands.until(lambda _: viewer._seen.found.key_maps)
 
 
 def hiding(hands: Hands) -> Iterator[None]:
