@@ -315,7 +315,7 @@ def test_shadow_map_view_as_displayed(renderer: Renderer) -> None:
 
 
 def test_there_is_no_shadow_map_without_a_light_that_casts(renderer: Renderer) -> None:
-    scene = make_scene([floor()], point((0, 0, 100)))
+    scene = make_scene([floor()], replace(point((0, 0, 100)), casts_shadow=False))
     with pytest.raises(UsageError, match="no shadow map"):
         renderer.render(scene, camera((0, 0, 50)), ["shadow-map"])
 
