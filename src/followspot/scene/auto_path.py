@@ -13,7 +13,6 @@ import numpy as np
 from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.scene.lattice import Lattice
-from followspot.scene.level import Level
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.path import CameraPath, Key
 from followspot.scene.scene import Scene, spawn_cameras
@@ -49,9 +48,10 @@ def find(scene: Scene, seconds: float) -> CameraPath:
     """
     if not len(scene.level.bsp.models):
         raise UsageError(f"{scene.name}: expected a level to fly through, found a model alone")
-    lattice = Lattice.of(scene.level)
-    curve = smoothed(scene.level, _tour(lattice, *_stops(scene, lattice), seconds))
-    return _with_camera(scene.level, curve, seconds, _speed(lattice))
+    space = OpenSpace(scene.level, MARGIN)
+    lattice = Lattice.of(scene.level, space)
+    curve = smoothed(space, _tour(lattice, *_stops(scene, lattice), seconds))
+    return _with_camera(space, curve, seconds, _speed(lattice))
 
 
 def _speed(lattice: Lattice) -> float:
@@ -117,7 +117,7 @@ def _tour(lattice: Lattice, stops: list[int], start: int, seconds: float) -> Flo
     return lattice.points(np.array(route))
 
 
-def _with_camera(level: Level, curve: Floats, seconds: float, speed: float) -> CameraPath:
+def _with_camera(room: OpenSpace, curve: Floats, seconds: float, speed: float) -> CameraPath:
     """A path along a curve, with keys as close as it takes to keep the margin."""
     total = float(arc_lengths(curve)[-1])
     moments = _moments(curve, speed)
@@ -131,7 +131,6 @@ def _with_camera(level: Level, curve: Floats, seconds: float, speed: float) -> C
     step = seconds / (len(fine) - 1)
     here, there = (at_arc(curve, arc(fine) + shift) for shift in (0.0, min(_LOOK_AHEAD, total / 4)))
     angles = _turned_slowly(there - here, step)
-    room = OpenSpace(level, MARGIN)
     for blur, gap in _FINER_AND_FINER:
         times = np.linspace(0, seconds, max(2, math.ceil(seconds / gap) + 1))
         values = np.concatenate([_blurred_flat(here, blur / step), angles], axis=1)

@@ -42,8 +42,8 @@ class Lattice:
     steps: Cells
 
     @classmethod
-    def of(cls, level: Level) -> "Lattice":
-        """The lattice of a level."""
+    def of(cls, level: Level, space: OpenSpace) -> "Lattice":
+        """The lattice of a level, whose open space is known for boxes of some size."""
         mins, maxs = (level.bsp.models[name][0].astype(np.float64) for name in ("mins", "maxs"))
         extent = np.maximum(maxs - mins, 1.0)
         spacing = _SPACING
@@ -59,7 +59,7 @@ class Lattice:
             inside & ~bsp_tree.leaf_is_solid(level.bsp)[bsp_tree.point_leafs(level.bsp, points)]
         )
         # Boxes that touch: what is free around two neighbours is free all the way between them.
-        room = OpenSpace(level, max(spacing / 2, ROOM))
+        room = space.sized(max(spacing / 2, ROOM))
         is_open[is_open] = room.is_free(points[is_open])
         strides = (shape[1] * shape[2], shape[2], 1)
         steps = np.array([sign * stride for stride in strides for sign in (1, -1)])

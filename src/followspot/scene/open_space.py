@@ -5,9 +5,8 @@ in its open leafs (detail), and what is drawn but is no brush of the world: curv
 models, doors and the like.
 """
 
-import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,11 +18,11 @@ from followspot.assets.bsp import FaceType
 from followspot.assets.surface_flags import Contents
 from followspot.scene import bsp_tree
 from followspot.scene.level import Level
+from followspot.scene.voxels import Voxels
 
 VOXEL = 8.0
 """Units: drawn surfaces are known to this resolution, or less where there are very many."""
 
-MAX_VOXELS = 200_000
 LARGE = 256.0
 _BEHIND = 0.5  # units behind a brush's side: inside of the brush
 
@@ -37,18 +36,24 @@ class OpenSpace:
     Args:
         level: Where.
         half: Half of the edge of every box, in units.
+        source: Another one of this level, for what holds whatever the half-size.
     """
 
-    def __init__(self, level: Level, half: float) -> None:
+    def __init__(self, level: Level, half: float, source: "OpenSpace | None" = None) -> None:
         self.half = half
+        self._source = source or self
         self._bsp, self._level = level.bsp, level
         self._solid_leaf = bsp_tree.leaf_is_solid(level.bsp)
         normals = level.bsp.planes["normal"].astype(np.float64)
         self._reach = np.abs(normals).sum(axis=1) * half
 
+    def sized(self, half: float) -> "OpenSpace":
+        """For boxes of another half-size in the same level; what is drawn is not looked at anew."""
+        return OpenSpace(self._level, half, self._source)
+
     def is_free(self, centres: NDArray[np.floating[Any]]) -> Mask:
         """(n,) whether the box around each of (n, 3) world places holds no wall."""
-        free = ~self._near_drawn(centres)
+        free = ~self._near_surfaces.hold(centres)
         for start in range(0, len(centres), _CHUNK):
             part = slice(start, start + _CHUNK)
             chosen = np.flatnonzero(free[part])
@@ -129,34 +134,15 @@ class OpenSpace:
         dots = np.einsum("ij,ij->i", planes["normal"], points, dtype=np.float64)
         return np.asarray(dots - planes["distance"])
 
-    def _near_drawn(self, centres: NDArray[np.floating[Any]]) -> Mask:
-        voxel, drawn = self._drawn
-        if not len(drawn):
-            return np.zeros(len(centres), bool)
-        keys = _keys(np.floor(centres / voxel).astype(np.int64))
-        place = np.minimum(np.searchsorted(drawn, keys), len(drawn) - 1)
-        return np.asarray(drawn[place] == keys)
+    @cached_property
+    def _near_surfaces(self) -> Voxels:
+        """Cubes nearer than `half` to what is drawn and is no brush."""
+        return self._source._surfaces.grown(self.half)
 
     @cached_property
-    def _drawn(self) -> tuple[float, NDArray[np.int64]]:
-        """Edge of a voxel, and keys of all those nearer than `half` to a drawn surface."""
-        voxel, keys = _drawn_voxels(self._level)
-        reach = math.ceil(self.half / voxel)
-        for axis in np.eye(3, dtype=np.int64):
-            shifts = np.arange(-reach, reach + 1) * _keys(axis, origin=0)
-            keys = _distinct((keys[:, np.newaxis] + shifts).ravel())
-        return voxel, keys
-
-
-@lru_cache(maxsize=1)  # several half-sizes are asked about, one after another
-def _drawn_voxels(level: Level) -> tuple[float, NDArray[np.int64]]:
-    """Edge of a voxel, and keys of those that a drawn surface goes through."""
-    triangles = _drawn_triangles(level)
-    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    area = float(np.linalg.norm(across, axis=1).sum()) / 2
-    voxel = max(VOXEL, math.sqrt(area / MAX_VOXELS))
-    places = np.floor(_spread(triangles, voxel) / voxel).astype(np.int64)
-    return voxel, _distinct(_keys(places))
+    def _surfaces(self) -> Voxels:
+        """Cubes that it goes through: the same for all half-sizes, so the source has them."""
+        return Voxels.of(_drawn_triangles(self._level), VOXEL)
 
 
 def _drawn_triangles(level: Level) -> Floats:
@@ -267,34 +253,3 @@ def _quartered(triangles: Floats) -> Floats:
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     return np.concatenate([np.stack(piece, axis=1) for piece in pieces])
-
-
-def _spread(triangles: Floats, gap: float) -> Floats:
-    """(n, 3) points on (t, 3, 3) triangles, at most `gap` apart along their edges."""
-    a, ab, ac = (
-        triangles[:, 0],
-        triangles[:, 1] - triangles[:, 0],
-        triangles[:, 2] - triangles[:, 0],
-    )
-    u_count = np.ceil(np.linalg.norm(ab, axis=1) / gap).astype(np.int64) + 1
-    v_count = np.ceil(np.linalg.norm(ac, axis=1) / gap).astype(np.int64) + 1
-    count = u_count * v_count
-    triangle = np.repeat(np.arange(len(triangles)), count)
-    k = run_members(np.zeros(len(count), np.int64), count)
-    u = (k % u_count[triangle]) / np.maximum(u_count - 1, 1)[triangle]
-    v = (k // u_count[triangle]) / np.maximum(v_count - 1, 1)[triangle]
-    inside = u + v <= 1 + 1e-9
-    triangle, u, v = triangle[inside], u[inside, np.newaxis], v[inside, np.newaxis]
-    return np.asarray(a[triangle] + u * ab[triangle] + v * ac[triangle])
-
-
-def _distinct(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Every key once, in order; np.unique's hashing is many times slower for such keys."""
-    keys = np.sort(keys)
-    return np.asarray(keys[np.diff(keys, prepend=-1) != 0])
-
-
-def _keys(voxels: NDArray[np.int64], origin: int = 1 << 19) -> NDArray[np.int64]:
-    """(..., 3) voxel numbers, each within 2^19 of 0, as one number."""
-    x, y, z = np.moveaxis(voxels + origin, -1, 0)
-    return np.asarray((x << 40) + (y << 20) + z)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from followspot.arrays import Floats
 from followspot.scene.lattice import ROOM
-from followspot.scene.level import Level
 from followspot.scene.open_space import OpenSpace
 
 STEP = 4.0
@@ -42,7 +41,7 @@ _NEAR = _ball(4.0, 12 * math.sqrt(3))
 _ASIDE = _ball(12.0, 36.0)
 
 
-def smoothed(level: Level, points: Floats) -> Floats:
+def smoothed(space: OpenSpace, points: Floats) -> Floats:
     """(n, 3) points STEP apart on a smooth curve near a way, free of walls.
 
     First the way is pulled straight; it stays in roomy places once it is there. Then it is pushed
@@ -50,10 +49,10 @@ def smoothed(level: Level, points: Floats) -> Floats:
     place.
 
     Args:
-        level: Where.
+        space: The level's, for boxes of any size.
         points: (k, 3) places in the open.
     """
-    rooms = [OpenSpace(level, half) for half in ROOMS]
+    rooms = [space.sized(half) for half in ROOMS]
     tight, roomy = rooms[:2]
     points = _pulled(points, tight, roomy, 100)
     points = _pulled(_freed(_spaced(points, STEP), tight), tight, roomy, 60)
