@@ -7,17 +7,18 @@ models, doors and the like.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.arrays import Floats, Mask
+from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import FaceType
 from followspot.assets.surface_flags import Contents
 from followspot.scene import bsp_tree
 from followspot.scene.level import Level
+from followspot.scene.mesh import Mesh
 from followspot.scene.voxels import Voxels
 
 VOXEL = 8.0
@@ -64,17 +65,15 @@ class OpenSpace:
 
     def _free_of_leafs(self, centres: NDArray[np.floating[Any]]) -> Mask:
         """Take all boxes down the tree at once, into both children where a plane cuts them."""
-        bsp = self._bsp
+        tree = self._tree
         free = np.ones(len(centres), bool)
         box, node = np.arange(len(centres)), np.zeros(len(centres), np.int64)
         while box.size:
-            at = bsp.nodes[node]
-            height = self._heights(at["plane"], centres[box])
-            front = height > -self._reach[at["plane"]]
-            back = height < self._reach[at["plane"]]
+            height = np.einsum("ij,ij->i", tree.normal[node], centres[box]) - tree.distance[node]
+            reach = tree.reach[node]
+            front, back = height > -reach, height < reach
             box = np.concatenate([box[front], box[back]])
-            children = at["children"].astype(np.int64)
-            node = np.concatenate([children[front, 0], children[back, 1]])
+            node = np.concatenate([tree.front[node[front]], tree.back[node[back]]])
             in_leaf = node < 0
             free[box[in_leaf][self._solid_leaf[~node[in_leaf]]]] = False
             going = ~in_leaf & free[box]
@@ -102,6 +101,18 @@ class OpenSpace:
                 inside = ~np.logical_or.reduceat(outside, np.cumsum(sides) - sides)
                 free[box[inside]] = False
         return free
+
+    @cached_property
+    def _tree(self) -> "_Tree":
+        nodes, planes = self._bsp.nodes, self._bsp.planes
+        children = nodes["children"].astype(np.int64)
+        return _Tree(
+            planes["normal"][nodes["plane"]].astype(np.float64),
+            planes["distance"][nodes["plane"]].astype(np.float64),
+            self._reach[nodes["plane"]],
+            children[:, 0].copy(),
+            children[:, 1].copy(),
+        )
 
     @cached_property
     def _brushes(self) -> "_BrushGrid":
@@ -142,26 +153,23 @@ class OpenSpace:
     @cached_property
     def _surfaces(self) -> Voxels:
         """Cubes that it goes through: the same for all half-sizes, so the source has them."""
-        return Voxels.of(_drawn_triangles(self._level), VOXEL)
+        return Voxels.of(corners_within(self._level, _loose(self._level)), VOXEL)
 
 
-def _drawn_triangles(level: Level) -> Floats:
-    """(t, 3, 3) corners of opaque triangles in the level's box that are no brush of the world.
+def opaque(level: Level) -> Mask:
+    """(triangles,) of the level's mesh, which of them nothing is seen through but for holes."""
+    faces = level.mesh.faces
+    is_opaque = np.array([material.blend is None for material in level.materials], bool)
+    return np.repeat(is_opaque[faces["material"]], faces["index_count"] // 3)
 
-    They are cut into pieces of at most LARGE units; levels may have a landscape around them.
+
+def corners_within(level: Level, chosen: Mask) -> Floats:
+    """(t, 3, 3) corners of chosen triangles in the level's box, in pieces of at most LARGE units.
+
+    Levels may have a landscape around them, whose triangles reach far out of the box.
     """
-    bsp, mesh, materials = level.bsp, level.mesh, level.materials
-    number = level.visibility.level_face
-    faces, world = bsp.faces[number], bsp.models[0]
-    of_world = number < world["first_face"] + world["face_count"]
-    solid = (bsp.shaders["content_flags"][faces["shader"]] & Contents.SOLID) != 0
-    is_brush = (number >= 0) & of_world & solid & (faces["type"] == FaceType.POLYGON)
-    opaque = np.array([m.blend is None for m in materials], bool)[mesh.faces["material"]]
-    wanted = mesh.faces[opaque]
-    corners = mesh.indices[run_members(wanted["first_index"], wanted["index_count"])]
-    triangles = mesh.vertices["position"][corners].astype(np.float64).reshape(-1, 3, 3)
-    maybe = np.flatnonzero(np.repeat(is_brush[opaque], wanted["index_count"] // 3))
-    triangles = np.delete(triangles, maybe[_has_solid_behind(level, triangles[maybe])], axis=0)
+    mesh, world = level.mesh, level.bsp.models[0]
+    triangles = _corners(mesh, chosen)
     done = [triangles[:0]]
     while len(triangles):
         inside = (triangles.max(axis=1) >= world["mins"]) & (triangles.min(axis=1) <= world["maxs"])
@@ -170,6 +178,25 @@ def _drawn_triangles(level: Level) -> Floats:
         done.append(triangles[~large])
         triangles = _quartered(triangles[large])
     return np.concatenate(done)
+
+
+def _corners(mesh: Mesh, chosen: Mask | Ints) -> Floats:
+    corners = mesh.indices.reshape(-1, 3)[chosen]
+    return np.asarray(mesh.vertices["position"][corners], np.float64)
+
+
+def _loose(level: Level) -> Mask:
+    """(triangles,) the opaque ones that are no brush of the world."""
+    bsp, mesh = level.bsp, level.mesh
+    number = level.visibility.level_face
+    faces, world = bsp.faces[number], bsp.models[0]
+    of_world = number < world["first_face"] + world["face_count"]
+    solid = (bsp.shaders["content_flags"][faces["shader"]] & Contents.SOLID) != 0
+    is_brush = (number >= 0) & of_world & solid & (faces["type"] == FaceType.POLYGON)
+    loose = opaque(level)
+    maybe = np.flatnonzero(loose & np.repeat(is_brush, mesh.faces["index_count"] // 3))
+    loose[maybe] = ~_has_solid_behind(level, _corners(mesh, maybe))
+    return loose
 
 
 def _has_solid_behind(level: Level, triangles: Floats) -> Mask:
@@ -184,6 +211,24 @@ def _has_solid_behind(level: Level, triangles: Floats) -> Mask:
     within = OpenSpace(level, _BEHIND / 2)
     middle = triangles.mean(axis=1) - _BEHIND * normal
     return ~(within._free_of_leafs(middle) & within._free_of_brushes(middle))
+
+
+class _Tree(NamedTuple):
+    """The level's nodes, each array by itself: they are asked many thousand times.
+
+    Attributes:
+        normal: (nodes, 3) of their planes.
+        distance: (nodes,) units from the origin.
+        reach: (nodes,) units from a plane at which boxes begin to touch it.
+        front: (nodes,) children in front; leafs as in the file, below 0.
+        back: Likewise.
+    """
+
+    normal: Floats
+    distance: Floats
+    reach: Floats
+    front: Ints
+    back: Ints
 
 
 @dataclass(frozen=True, eq=False)
