@@ -21,7 +21,7 @@ from followspot.levelbuilder import (
     room,
     write_pk3,
 )
-from followspot.scene import auto_path, bsp_tree, smooth_way
+from followspot.scene import auto_path, bsp_tree, gaze, smooth_way
 from followspot.scene.load import load, load_figure
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.path import CameraPath
@@ -95,7 +95,7 @@ def test_it_is_smooth(name: str) -> None:
     speed = np.linalg.norm(velocity, axis=1)
     assert speed.max() < auto_path.SPEED * 1.25
     turning = np.abs(np.diff(path.angles(times), axis=0)) * rate
-    assert turning[:, :2].max() < auto_path.MAX_TURN * 1.25
+    assert turning[:, :2].max() < gaze.MAX_TURN * 1.25
     assert np.allclose(path.angles(times)[:, 2], 90, atol=1e-9)
     assert path.seconds == SECONDS
 

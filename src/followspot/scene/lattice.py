@@ -92,13 +92,13 @@ class Lattice:
         left, best = self.open.copy(), np.zeros_like(self.open)
         for start in starts:
             if left[start]:
-                best = max(best, self._flood(start, left), key=np.count_nonzero)
+                best = max(best, self.flood(start, left), key=np.count_nonzero)
         while not starts and np.count_nonzero(left) > np.count_nonzero(best):
-            best = max(best, self._flood(int(left.argmax()), left), key=np.count_nonzero)
+            best = max(best, self.flood(int(left.argmax()), left), key=np.count_nonzero)
         return best
 
-    def _flood(self, start: int, left: Mask) -> Mask:
-        """All that is connected to a point; taken out of `left`."""
+    def flood(self, start: int, left: Mask) -> Mask:
+        """(points,) all of some points that are connected to one; they are taken out of `left`."""
         part = np.zeros_like(left)
         front = np.array([start])
         while front.size:

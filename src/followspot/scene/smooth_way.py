@@ -151,6 +151,20 @@ def _blurred(values: Floats, width: Floats, every: int = 1) -> Floats:
     return np.asarray((weight[..., np.newaxis] * taken).sum(axis=1) / weight.sum(axis=1)[:, None])
 
 
+def blurred_evenly(values: Floats, width: float) -> Floats:
+    """(n, c) values under one Gaussian; beyond the ends they go on as they came.
+
+    Args:
+        values: (n, c).
+        width: A standard deviation.
+    """
+    reach = math.ceil(3 * width)
+    weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
+    padded = np.pad(values, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
+    columns = [np.convolve(column, weight / weight.sum(), mode="valid") for column in padded.T]
+    return np.stack(columns, axis=1)
+
+
 def _unit(vectors: Floats) -> Floats:
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.maximum(length, 1e-9))
