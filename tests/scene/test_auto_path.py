@@ -1,8 +1,11 @@
 """Fly-throughs that are found in levels: free of walls, smooth, and the same every time."""
 
+import gc
+import weakref
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -18,7 +21,7 @@ from followspot.levelbuilder import (
     room,
     write_pk3,
 )
-from followspot.scene import auto_path, bsp_tree, smooth_way
+from followspot.scene import auto_path, bsp_tree, gaze, smooth_way
 from followspot.scene.load import load, load_figure
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.path import CameraPath
@@ -92,7 +95,7 @@ def test_it_is_smooth(name: str) -> None:
     speed = np.linalg.norm(velocity, axis=1)
     assert speed.max() < auto_path.SPEED * 1.25
     turning = np.abs(np.diff(path.angles(times), axis=0)) * rate
-    assert turning[:, :2].max() < auto_path.MAX_TURN * 1.25
+    assert turning[:, :2].max() < gaze.MAX_TURN * 1.25
     assert np.allclose(path.angles(times)[:, 2], 90, atol=1e-9)
     assert path.seconds == SECONDS
 
@@ -221,17 +224,25 @@ def test_in_a_small_room_the_camera_looks_around(tmp_path: Path, half: int) -> N
 class Blocked:
     """Stands for open space: all of a line but one point of it and what is near to that."""
 
-    def __init__(self, *_: object) -> None: ...
+    def sized(self, _half: float) -> "Blocked":
+        return self
 
     def is_free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         return np.abs(points[:, 0] - 24) > 1
 
 
-def test_a_way_that_is_blocked_near_its_end_is_smoothed_all_the_same(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_way_that_is_blocked_near_its_end_is_smoothed_all_the_same() -> None:
     """A blur that turns its sign about the end does not count that point; it never ended."""
-    monkeypatch.setattr(smooth_way, "OpenSpace", Blocked)
     line = np.array([(x, 0.0, 0.0) for x in np.arange(0, 400, 16.0)])
-    found = smooth_way.smoothed(load("courtyard").level, line)
+    found = smooth_way.smoothed(cast(OpenSpace, Blocked()), line)
     assert np.isfinite(found).all() and np.allclose(found[[0, -1]], line[[0, -1]], atol=24)
+
+
+def test_a_level_that_was_flown_through_is_not_kept() -> None:
+    scene = load("courtyard")
+    scene.archive.close()
+    auto_path.find(scene, 2.0)
+    level = weakref.ref(scene.level)
+    del scene
+    gc.collect()
+    assert level() is None

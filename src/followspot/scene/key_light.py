@@ -206,11 +206,11 @@ def _clearest(tree: TriangleTree, places: Floats, targets: Floats, aims: Sequenc
     best, most = by_worth[0], -1.0
     arms = np.eye(3) * _ROOM
     for k in by_worth[:_CHECKED]:
-        if (_first_hit(tree, places[k] - arms, places[k] + arms) < 1).any():
+        if (tree.first_hits(places[k] - arms, places[k] + arms) < 1).any():
             continue  # in or at a surface, which would cut its light off
         ends = targets[aims[k].lit][::2]
         start = np.broadcast_to(places[k], ends.shape)
-        clear = _first_hit(tree, start, start + (ends - start) * 0.97) == 1
+        clear = tree.first_hits(start, start + (ends - start) * 0.97) == 1
         share = float(clear.mean()) if len(clear) else 0.0
         if aims[k].worth * share > most:
             best, most = k, aims[k].worth * share
@@ -230,14 +230,6 @@ def _blockers(level: Level) -> TriangleTree:
     return TriangleTree(level.mesh, chosen)
 
 
-def _first_hit(tree: TriangleTree, start: Floats, end: Floats) -> Floats:
-    """(n,) fractions of lines at which they meet the first triangle, 1 if none."""
-    found = np.ones(len(start))
-    for hits in tree.crossings(start, end):
-        np.minimum.at(found, hits.line, hits.fraction)
-    return found
-
-
 def _worth(distances: Floats) -> Floats:
     """How good it is for a light to reach places at some distances, 0 if it does not: not near."""
     return np.minimum(distances, _FAR_ENOUGH)
@@ -254,4 +246,4 @@ def _look(bsp: BspFile, tree: TriangleTree, eye: Vec3, directions: Floats) -> Fl
     start = np.broadcast_to(eye, directions.shape)
     end = start + directions * REACH
     end = start + (end - start) * bsp_tree.trace(bsp, start, end)[:, np.newaxis]
-    return start + (end - start) * _first_hit(tree, start, end)[:, np.newaxis]
+    return start + (end - start) * tree.first_hits(start, end)[:, np.newaxis]

@@ -42,8 +42,8 @@ class Lattice:
     steps: Cells
 
     @classmethod
-    def of(cls, level: Level) -> "Lattice":
-        """The lattice of a level."""
+    def of(cls, level: Level, space: OpenSpace) -> "Lattice":
+        """The lattice of a level, whose open space is known for boxes of some size."""
         mins, maxs = (level.bsp.models[name][0].astype(np.float64) for name in ("mins", "maxs"))
         extent = np.maximum(maxs - mins, 1.0)
         spacing = _SPACING
@@ -59,7 +59,7 @@ class Lattice:
             inside & ~bsp_tree.leaf_is_solid(level.bsp)[bsp_tree.point_leafs(level.bsp, points)]
         )
         # Boxes that touch: what is free around two neighbours is free all the way between them.
-        room = OpenSpace(level, max(spacing / 2, ROOM))
+        room = space.sized(max(spacing / 2, ROOM))
         is_open[is_open] = room.is_free(points[is_open])
         strides = (shape[1] * shape[2], shape[2], 1)
         steps = np.array([sign * stride for stride in strides for sign in (1, -1)])
@@ -92,13 +92,13 @@ class Lattice:
         left, best = self.open.copy(), np.zeros_like(self.open)
         for start in starts:
             if left[start]:
-                best = max(best, self._flood(start, left), key=np.count_nonzero)
+                best = max(best, self.flood(start, left), key=np.count_nonzero)
         while not starts and np.count_nonzero(left) > np.count_nonzero(best):
-            best = max(best, self._flood(int(left.argmax()), left), key=np.count_nonzero)
+            best = max(best, self.flood(int(left.argmax()), left), key=np.count_nonzero)
         return best
 
-    def _flood(self, start: int, left: Mask) -> Mask:
-        """All that is connected to a point; taken out of `left`."""
+    def flood(self, start: int, left: Mask) -> Mask:
+        """(points,) all of some points that are connected to one; they are taken out of `left`."""
         part = np.zeros_like(left)
         front = np.array([start])
         while front.size:

@@ -5,25 +5,25 @@ in its open leafs (detail), and what is drawn but is no brush of the world: curv
 models, doors and the like.
 """
 
-import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.arrays import Floats, Mask
+from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import FaceType
 from followspot.assets.surface_flags import Contents
 from followspot.scene import bsp_tree
 from followspot.scene.level import Level
+from followspot.scene.mesh import Mesh
+from followspot.scene.voxels import Voxels
 
 VOXEL = 8.0
 """Units: drawn surfaces are known to this resolution, or less where there are very many."""
 
-MAX_VOXELS = 200_000
 LARGE = 256.0
 _BEHIND = 0.5  # units behind a brush's side: inside of the brush
 
@@ -37,18 +37,24 @@ class OpenSpace:
     Args:
         level: Where.
         half: Half of the edge of every box, in units.
+        source: Another one of this level, for what holds whatever the half-size.
     """
 
-    def __init__(self, level: Level, half: float) -> None:
+    def __init__(self, level: Level, half: float, source: "OpenSpace | None" = None) -> None:
         self.half = half
+        self._source = source or self
         self._bsp, self._level = level.bsp, level
         self._solid_leaf = bsp_tree.leaf_is_solid(level.bsp)
         normals = level.bsp.planes["normal"].astype(np.float64)
         self._reach = np.abs(normals).sum(axis=1) * half
 
+    def sized(self, half: float) -> "OpenSpace":
+        """For boxes of another half-size in the same level; what is drawn is not looked at anew."""
+        return OpenSpace(self._level, half, self._source)
+
     def is_free(self, centres: NDArray[np.floating[Any]]) -> Mask:
         """(n,) whether the box around each of (n, 3) world places holds no wall."""
-        free = ~self._near_drawn(centres)
+        free = ~self._near_surfaces.hold(centres)
         for start in range(0, len(centres), _CHUNK):
             part = slice(start, start + _CHUNK)
             chosen = np.flatnonzero(free[part])
@@ -59,17 +65,15 @@ class OpenSpace:
 
     def _free_of_leafs(self, centres: NDArray[np.floating[Any]]) -> Mask:
         """Take all boxes down the tree at once, into both children where a plane cuts them."""
-        bsp = self._bsp
+        tree = self._tree
         free = np.ones(len(centres), bool)
         box, node = np.arange(len(centres)), np.zeros(len(centres), np.int64)
         while box.size:
-            at = bsp.nodes[node]
-            height = self._heights(at["plane"], centres[box])
-            front = height > -self._reach[at["plane"]]
-            back = height < self._reach[at["plane"]]
+            height = np.einsum("ij,ij->i", tree.normal[node], centres[box]) - tree.distance[node]
+            reach = tree.reach[node]
+            front, back = height > -reach, height < reach
             box = np.concatenate([box[front], box[back]])
-            children = at["children"].astype(np.int64)
-            node = np.concatenate([children[front, 0], children[back, 1]])
+            node = np.concatenate([tree.front[node[front]], tree.back[node[back]]])
             in_leaf = node < 0
             free[box[in_leaf][self._solid_leaf[~node[in_leaf]]]] = False
             going = ~in_leaf & free[box]
@@ -97,6 +101,18 @@ class OpenSpace:
                 inside = ~np.logical_or.reduceat(outside, np.cumsum(sides) - sides)
                 free[box[inside]] = False
         return free
+
+    @cached_property
+    def _tree(self) -> "_Tree":
+        nodes, planes = self._bsp.nodes, self._bsp.planes
+        children = nodes["children"].astype(np.int64)
+        return _Tree(
+            planes["normal"][nodes["plane"]].astype(np.float64),
+            planes["distance"][nodes["plane"]].astype(np.float64),
+            self._reach[nodes["plane"]],
+            children[:, 0].copy(),
+            children[:, 1].copy(),
+        )
 
     @cached_property
     def _brushes(self) -> "_BrushGrid":
@@ -129,53 +145,31 @@ class OpenSpace:
         dots = np.einsum("ij,ij->i", planes["normal"], points, dtype=np.float64)
         return np.asarray(dots - planes["distance"])
 
-    def _near_drawn(self, centres: NDArray[np.floating[Any]]) -> Mask:
-        voxel, drawn = self._drawn
-        if not len(drawn):
-            return np.zeros(len(centres), bool)
-        keys = _keys(np.floor(centres / voxel).astype(np.int64))
-        place = np.minimum(np.searchsorted(drawn, keys), len(drawn) - 1)
-        return np.asarray(drawn[place] == keys)
+    @cached_property
+    def _near_surfaces(self) -> Voxels:
+        """Cubes nearer than `half` to what is drawn and is no brush."""
+        return self._source._surfaces.grown(self.half)
 
     @cached_property
-    def _drawn(self) -> tuple[float, NDArray[np.int64]]:
-        """Edge of a voxel, and keys of all those nearer than `half` to a drawn surface."""
-        voxel, keys = _drawn_voxels(self._level)
-        reach = math.ceil(self.half / voxel)
-        for axis in np.eye(3, dtype=np.int64):
-            shifts = np.arange(-reach, reach + 1) * _keys(axis, origin=0)
-            keys = _distinct((keys[:, np.newaxis] + shifts).ravel())
-        return voxel, keys
+    def _surfaces(self) -> Voxels:
+        """Cubes that it goes through: the same for all half-sizes, so the source has them."""
+        return Voxels.of(corners_within(self._level, _loose(self._level)), VOXEL)
 
 
-@lru_cache(maxsize=1)  # several half-sizes are asked about, one after another
-def _drawn_voxels(level: Level) -> tuple[float, NDArray[np.int64]]:
-    """Edge of a voxel, and keys of those that a drawn surface goes through."""
-    triangles = _drawn_triangles(level)
-    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    area = float(np.linalg.norm(across, axis=1).sum()) / 2
-    voxel = max(VOXEL, math.sqrt(area / MAX_VOXELS))
-    places = np.floor(_spread(triangles, voxel) / voxel).astype(np.int64)
-    return voxel, _distinct(_keys(places))
+def opaque(level: Level) -> Mask:
+    """(triangles,) of the level's mesh, which of them nothing is seen through but for holes."""
+    faces = level.mesh.faces
+    is_opaque = np.array([material.blend is None for material in level.materials], bool)
+    return np.repeat(is_opaque[faces["material"]], faces["index_count"] // 3)
 
 
-def _drawn_triangles(level: Level) -> Floats:
-    """(t, 3, 3) corners of opaque triangles in the level's box that are no brush of the world.
+def corners_within(level: Level, chosen: Mask) -> Floats:
+    """(t, 3, 3) corners of chosen triangles in the level's box, in pieces of at most LARGE units.
 
-    They are cut into pieces of at most LARGE units; levels may have a landscape around them.
+    Levels may have a landscape around them, whose triangles reach far out of the box.
     """
-    bsp, mesh, materials = level.bsp, level.mesh, level.materials
-    number = level.visibility.level_face
-    faces, world = bsp.faces[number], bsp.models[0]
-    of_world = number < world["first_face"] + world["face_count"]
-    solid = (bsp.shaders["content_flags"][faces["shader"]] & Contents.SOLID) != 0
-    is_brush = (number >= 0) & of_world & solid & (faces["type"] == FaceType.POLYGON)
-    opaque = np.array([m.blend is None for m in materials], bool)[mesh.faces["material"]]
-    wanted = mesh.faces[opaque]
-    corners = mesh.indices[run_members(wanted["first_index"], wanted["index_count"])]
-    triangles = mesh.vertices["position"][corners].astype(np.float64).reshape(-1, 3, 3)
-    maybe = np.flatnonzero(np.repeat(is_brush[opaque], wanted["index_count"] // 3))
-    triangles = np.delete(triangles, maybe[_has_solid_behind(level, triangles[maybe])], axis=0)
+    mesh, world = level.mesh, level.bsp.models[0]
+    triangles = _corners(mesh, chosen)
     done = [triangles[:0]]
     while len(triangles):
         inside = (triangles.max(axis=1) >= world["mins"]) & (triangles.min(axis=1) <= world["maxs"])
@@ -184,6 +178,25 @@ def _drawn_triangles(level: Level) -> Floats:
         done.append(triangles[~large])
         triangles = _quartered(triangles[large])
     return np.concatenate(done)
+
+
+def _corners(mesh: Mesh, chosen: Mask | Ints) -> Floats:
+    corners = mesh.indices.reshape(-1, 3)[chosen]
+    return np.asarray(mesh.vertices["position"][corners], np.float64)
+
+
+def _loose(level: Level) -> Mask:
+    """(triangles,) the opaque ones that are no brush of the world."""
+    bsp, mesh = level.bsp, level.mesh
+    number = level.visibility.level_face
+    faces, world = bsp.faces[number], bsp.models[0]
+    of_world = number < world["first_face"] + world["face_count"]
+    solid = (bsp.shaders["content_flags"][faces["shader"]] & Contents.SOLID) != 0
+    is_brush = (number >= 0) & of_world & solid & (faces["type"] == FaceType.POLYGON)
+    loose = opaque(level)
+    maybe = np.flatnonzero(loose & np.repeat(is_brush, mesh.faces["index_count"] // 3))
+    loose[maybe] = ~_has_solid_behind(level, _corners(mesh, maybe))
+    return loose
 
 
 def _has_solid_behind(level: Level, triangles: Floats) -> Mask:
@@ -198,6 +211,24 @@ def _has_solid_behind(level: Level, triangles: Floats) -> Mask:
     within = OpenSpace(level, _BEHIND / 2)
     middle = triangles.mean(axis=1) - _BEHIND * normal
     return ~(within._free_of_leafs(middle) & within._free_of_brushes(middle))
+
+
+class _Tree(NamedTuple):
+    """The level's nodes, each array by itself: they are asked many thousand times.
+
+    Attributes:
+        normal: (nodes, 3) of their planes.
+        distance: (nodes,) units from the origin.
+        reach: (nodes,) units from a plane at which boxes begin to touch it.
+        front: (nodes,) children in front; leafs as in the file, below 0.
+        back: Likewise.
+    """
+
+    normal: Floats
+    distance: Floats
+    reach: Floats
+    front: Ints
+    back: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,34 +298,3 @@ def _quartered(triangles: Floats) -> Floats:
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     return np.concatenate([np.stack(piece, axis=1) for piece in pieces])
-
-
-def _spread(triangles: Floats, gap: float) -> Floats:
-    """(n, 3) points on (t, 3, 3) triangles, at most `gap` apart along their edges."""
-    a, ab, ac = (
-        triangles[:, 0],
-        triangles[:, 1] - triangles[:, 0],
-        triangles[:, 2] - triangles[:, 0],
-    )
-    u_count = np.ceil(np.linalg.norm(ab, axis=1) / gap).astype(np.int64) + 1
-    v_count = np.ceil(np.linalg.norm(ac, axis=1) / gap).astype(np.int64) + 1
-    count = u_count * v_count
-    triangle = np.repeat(np.arange(len(triangles)), count)
-    k = run_members(np.zeros(len(count), np.int64), count)
-    u = (k % u_count[triangle]) / np.maximum(u_count - 1, 1)[triangle]
-    v = (k // u_count[triangle]) / np.maximum(v_count - 1, 1)[triangle]
-    inside = u + v <= 1 + 1e-9
-    triangle, u, v = triangle[inside], u[inside, np.newaxis], v[inside, np.newaxis]
-    return np.asarray(a[triangle] + u * ab[triangle] + v * ac[triangle])
-
-
-def _distinct(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Every key once, in order; np.unique's hashing is many times slower for such keys."""
-    keys = np.sort(keys)
-    return np.asarray(keys[np.diff(keys, prepend=-1) != 0])
-
-
-def _keys(voxels: NDArray[np.int64], origin: int = 1 << 19) -> NDArray[np.int64]:
-    """(..., 3) voxel numbers, each within 2^19 of 0, as one number."""
-    x, y, z = np.moveaxis(voxels + origin, -1, 0)
-    return np.asarray((x << 40) + (y << 20) + z)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from followspot.arrays import Floats
 from followspot.scene.lattice import ROOM
-from followspot.scene.level import Level
 from followspot.scene.open_space import OpenSpace
 
 STEP = 4.0
@@ -42,7 +41,7 @@ _NEAR = _ball(4.0, 12 * math.sqrt(3))
 _ASIDE = _ball(12.0, 36.0)
 
 
-def smoothed(level: Level, points: Floats) -> Floats:
+def smoothed(space: OpenSpace, points: Floats) -> Floats:
     """(n, 3) points STEP apart on a smooth curve near a way, free of walls.
 
     First the way is pulled straight; it stays in roomy places once it is there. Then it is pushed
@@ -50,10 +49,10 @@ def smoothed(level: Level, points: Floats) -> Floats:
     place.
 
     Args:
-        level: Where.
+        space: The level's, for boxes of any size.
         points: (k, 3) places in the open.
     """
-    rooms = [OpenSpace(level, half) for half in ROOMS]
+    rooms = [space.sized(half) for half in ROOMS]
     tight, roomy = rooms[:2]
     points = _pulled(points, tight, roomy, 100)
     points = _pulled(_freed(_spaced(points, STEP), tight), tight, roomy, 60)
@@ -150,6 +149,20 @@ def _blurred(values: Floats, width: Floats, every: int = 1) -> Floats:
     mirrored = np.clip(2 * inside - index, 0, len(values) - 1)
     taken = 2 * values[inside] - values[mirrored]
     return np.asarray((weight[..., np.newaxis] * taken).sum(axis=1) / weight.sum(axis=1)[:, None])
+
+
+def blurred_evenly(values: Floats, width: float) -> Floats:
+    """(n, c) values under one Gaussian; beyond the ends they go on as they came.
+
+    Args:
+        values: (n, c).
+        width: A standard deviation.
+    """
+    reach = math.ceil(3 * width)
+    weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
+    padded = np.pad(values, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
+    columns = [np.convolve(column, weight / weight.sum(), mode="valid") for column in padded.T]
+    return np.stack(columns, axis=1)
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -75,6 +75,13 @@ class TriangleTree:
             hits.line[:] += first
             yield hits
 
+    def first_hits(self, start: Floats, end: Floats) -> Floats:
+        """(n,) fractions of lines at which they meet the first triangle, 1 if none."""
+        found = np.ones(len(start))
+        for hits in self.crossings(start, end):
+            np.minimum.at(found, hits.line, hits.fraction)
+        return found
+
     def _cross(self, start: Floats, way: Floats) -> Hits:
         line, triangle = self._candidates(start, way)
         d, origin = way[line], start[line] - self._corner[triangle]
