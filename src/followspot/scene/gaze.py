@@ -18,7 +18,7 @@ from followspot.scene.smooth_way import blurred_evenly
 from followspot.scene.triangle_tree import TriangleTree
 
 MAX_TURN = 50.0
-"""Degrees a second that the camera turns at most."""
+"""Degrees a second of yaw that the camera turns by at most."""
 
 PITCHES = (-15.0, 45.0)
 """Degrees below the horizon that it looks at least and at most."""
