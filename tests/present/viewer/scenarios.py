@@ -201,7 +201,7 @@ def reloading(hands: Hands) -> Iterator[None]:
     drawer.pipeline.release()
     drawer._pipeline = FramePipeline(drawer._context, drawer._gpu_scene, folder)
     yield from hands.press("Tab", lambda state: not state.panels)
-    hands.viewer.state = replace(hands.state, frame_limit=40)
+    hands.viewer.state = replace(hands.state, frame_limit=40, runs=False)
     yield from hands.frames(3)
     before = hands.picture()
     main = folder / "surface.frag"
