@@ -131,19 +131,19 @@ def read_tc_mod(mod: Directive, wrong: list[str]) -> TcMod | None:
     read: TcMod | None = None
     match mod.word:
         case "scroll":
-            if given := _numbers(args, 2, wrong):
+            if given := read_numbers(args, 2, wrong):
                 read = Scroll(*given)
         case "scale":
-            if given := _numbers(args, 2, wrong):
+            if given := read_numbers(args, 2, wrong):
                 read = Scale(*given)
         case "rotate":
-            if given := _numbers(args, 1, wrong):
+            if given := read_numbers(args, 1, wrong):
                 read = Rotate(*given)
         case "transform":
-            if given := _numbers(args, 6, wrong):
+            if given := read_numbers(args, 6, wrong):
                 read = Transform(*given)
         case "turb":  # its base is read by the engine, and never used
-            if given := _numbers(args, 4, wrong):
+            if given := read_numbers(args, 4, wrong):
                 read = Turbulence(*given[1:])
         case "stretch":
             if wave := read_wave(args, wrong):
@@ -162,7 +162,7 @@ def read_wave(args: Sequence[str], wrong: list[str]) -> Wave | None:
     if shape is None:
         wrong.append(_WAVE)
         return None
-    given = _numbers(args[1:], 4, wrong)
+    given = read_numbers(args[1:], 4, wrong)
     return None if given is None else Wave(shape, *given)
 
 
@@ -179,7 +179,7 @@ def read_alpha_wave(alpha_gen: Directive, wrong: list[str]) -> Wave | None:
 
 def read_frame_rate(anim_map: Directive, wrong: list[str]) -> float:
     """Images a second of an ``animMap``, whose images `read_images` reads."""
-    given = _numbers(anim_map.args, 1, wrong)
+    given = read_numbers(anim_map.args, 1, wrong)
     return given[0] if given else 0.0
 
 
@@ -196,7 +196,7 @@ def _wave_after(directive: Directive, wrong: list[str]) -> Wave | None:
     return read_wave(args, wrong)
 
 
-def _numbers(args: Sequence[str], count: int, wrong: list[str]) -> list[float] | None:
+def read_numbers(args: Sequence[str], count: int, wrong: list[str]) -> list[float] | None:
     """The first arguments as numbers, 0 for what is none; none at all where some are missing."""
     read = [number(word) for word in args[:count]]
     usable = [x if x is not None and abs(x) <= LARGEST else None for x in read]

@@ -9,6 +9,7 @@ makes the records. Their semantics are those of ioquake3's ``code/renderergl1/tr
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from followspot.assets.shader_deform import DEFORM_READERS, Deform, read_deform
 from followspot.assets.shader_motion import (
     MAX_TC_MODS,
     MOTION_READERS,
@@ -167,7 +168,7 @@ class ShaderScript:
     @property
     def problems(self) -> tuple[AssetError, ...]:
         """Directives whose arguments the engine does not know; the properties replace them."""
-        problems = _wrong_arguments(self.directives, GENERAL_READERS, self.source)
+        problems = _wrong_arguments(self.directives, GENERAL_READERS | DEFORM_READERS, self.source)
         for stage in self.stages:
             problems += _wrong_arguments(
                 stage.directives, STAGE_READERS | MOTION_READERS, self.source
@@ -196,6 +197,12 @@ class ShaderScript:
         """The last sun of the entry, as in the engine; q3map2 bakes the light of all of them."""
         sun = self.get("q3map_sun", "q3map_sunext", "sun")
         return read_sun(sun, []) if sun else None
+
+    @property
+    def deforms(self) -> tuple[Deform, ...]:
+        """How vertices move."""
+        read = (read_deform(each, []) for each in self.all("deformvertexes"))
+        return tuple(deform for deform in read if deform is not None)
 
     @property
     def is_polygonoffset(self) -> bool:

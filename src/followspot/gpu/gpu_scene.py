@@ -47,6 +47,7 @@ class GpuScene:
         scene: What was uploaded.
         vertices: The mesh's vertices, one buffer.
         tints: The mesh's tints, where it has any.
+        sprites: What its sprites turn about, where it has any.
         frame_block: Uniform buffer for one `blocks.FRAME`.
         frame_block_holds: What it was last filled from; whoever fills it compares.
         crowd: The characters' figures.
@@ -67,6 +68,8 @@ class GpuScene:
         self.vertices = context.buffer(scene.mesh.vertices.tobytes() or bytes(32))
         tints = scene.mesh.tints
         self.tints = None if tints is None else context.buffer(tints.tobytes())
+        sprites = scene.mesh.sprites
+        self.sprites = None if sprites is None else context.buffer(sprites.tobytes())
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
         self.frame_block_holds: object = None
         self._white = textures.upload(context, np.full((1, 1, 4), 255, np.uint8))
@@ -123,6 +126,7 @@ class GpuScene:
         """Give the GL objects back."""
         for texture in (*self._images.values(), self._white):
             texture.release()
-        for thing in (self.vertices, self.tints, self.frame_block, self.sky, self.crowd):
+        buffers = self.vertices, self.tints, self.sprites, self.frame_block
+        for thing in (*buffers, self.sky, self.crowd):
             if thing is not None:
                 thing.release()

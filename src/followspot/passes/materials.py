@@ -27,6 +27,9 @@ class Variant(NamedTuple):
     layer_sways: bool
     layer_test: AlphaTest | None
     pulses: bool
+    displaced: bool
+    swells: bool
+    sprite: bool
 
     @property
     def defines(self) -> dict[str, int | str]:
@@ -44,6 +47,9 @@ class Variant(NamedTuple):
             "LAYER_APART": self.layer_apart,
             "LAYER_SWAYS": self.layer_sways,
             "PULSES": self.pulses,
+            "DISPLACED": self.displaced,
+            "SWELLS": self.swells,
+            "SPRITE": self.sprite,
         }
         macros: dict[str, int | str] = {name: 1 for name, is_on in switches.items() if is_on}
         if self.layer_test is not None:
@@ -79,6 +85,9 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         layer_apart and layer_motion.is_turbulent,
         material.layer_alpha_test,
         motion.pulses,
+        bool(material.deforms.moves),
+        material.deforms.swell is not None,
+        material.deforms.sprite is not None,
     )
 
 

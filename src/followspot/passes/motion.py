@@ -26,7 +26,7 @@ class Mover:
 
     def __init__(self, material: Material, variant: Variant, gpu_scene: GpuScene) -> None:
         base, layer = material.motion, material.layer_motion
-        self._motion, self._variant = base, variant
+        self._motion, self._deforms, self._variant = base, material.deforms, variant
         frames = (
             (BASE_IMAGE, base, gpu_scene.frames_of(material)),
             (LAYER_IMAGE, layer, gpu_scene.layer_frames_of(material)),
@@ -50,6 +50,10 @@ class Mover:
                 program.set_uniform(to, f"{name}_swayed", _packed(_SWAY, terms[3:]))
         if self._variant.pulses:
             program.set_uniform(to, "pulse", self._motion.pulse(seconds))
+        if self._variant.displaced:
+            program.set_uniform(to, "displaced", self._deforms.moved(seconds))
+        if self._variant.swells:
+            program.set_uniform(to, "swell", self._deforms.swelling(seconds))
 
 
 def _packed(columns: struct.Struct, terms: Terms) -> bytes:

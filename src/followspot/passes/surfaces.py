@@ -59,6 +59,8 @@ class SurfacePass:
         ]
         if self._gpu_scene.tints is not None:
             content.append((self._gpu_scene.tints, "4f", "in_tint"))
+        if self._gpu_scene.sprites is not None:
+            content.append((self._gpu_scene.sprites, "4f 3f 4x", "in_pivot", "in_axis"))
         return [self._context.vertex_array(surface, content, self._indices, skip_errors=True)]
 
     def upload(self, opaque: DrawList, blended: DrawList) -> None:

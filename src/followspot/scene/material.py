@@ -13,6 +13,7 @@ from followspot.assets.bsp import BspFile
 from followspot.assets.shader_script import ShaderScript, Stage
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.assets.surface_flags import Surface
+from followspot.scene.deform import RIGID, Deforms
 from followspot.scene.motion import STILL, Motion
 
 Blend = tuple[BlendFactor, BlendFactor]
@@ -70,6 +71,7 @@ class Material:
         layer_alpha_test: Which of the layer's texels are laid over it at all.
         motion: What the base image does as time goes by.
         layer_motion: What the layer's does.
+        deforms: What vertices do.
     """
 
     name: str
@@ -87,6 +89,7 @@ class Material:
     layer_alpha_test: AlphaTest | None = None
     motion: Motion = STILL
     layer_motion: Motion = STILL
+    deforms: Deforms = RIGID
 
     @property
     def state(self) -> tuple[object, ...]:
@@ -107,8 +110,8 @@ class Material:
 
     @property
     def moves(self) -> bool:
-        """Whether time matters to it."""
-        return self.motion != STILL or self.layer_motion != STILL
+        """Whether time or the camera's angles matter to it."""
+        return (self.motion, self.layer_motion, self.deforms) != (STILL, STILL, RIGID)
 
     @property
     def uses_alpha(self) -> bool:
@@ -172,6 +175,7 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
         layer_alpha_test=None if over is None else over.alpha_test,
         motion=motion,
         layer_motion=layer_motion,
+        deforms=Deforms.of(script.deforms),
     )
 
 

@@ -5,6 +5,7 @@
 #include "common/light.glsl"
 #include "common/object.glsl"
 #include "common/texcoord.glsl"
+#include "common/deform.glsl"
 
 #if defined(TINTED) || defined(FADES)
 in vec4 in_tint;
@@ -89,5 +90,5 @@ void main() {
         place_in_tiles(i, world.xyz, world_normal);
     }
 #endif
-    gl_Position = clip_from_world * world;
+    gl_Position = clip_from_world * vec4(drawn_at(world.xyz), 1.0);
 }
