@@ -81,7 +81,9 @@ RIGID = Deforms()
 
 
 def _range(wave: Wave) -> tuple[float, float]:
-    return wave.base - abs(wave.amplitude), wave.base + abs(wave.amplitude)
+    """Two values between which all of a wave's are."""
+    has_valleys = wave.shape in (Shape.SIN, Shape.TRIANGLE, Shape.SQUARE)
+    return wave.base - has_valleys * wave.amplitude, wave.base + wave.amplitude
 
 
 def deformed(mesh: Mesh, deforms: list[Deforms]) -> Mesh:
