@@ -70,7 +70,9 @@ def test_sprites_know_what_they_turn_about() -> None:
     np.testing.assert_allclose(turned[:, 2], made.vertices["position"][corners, 2])
     np.testing.assert_allclose(np.abs(turned[:, 3]), 3)
     np.testing.assert_allclose(np.abs(turned[:, 4:7]), np.tile((0, 0, 1), (4, 1)), atol=1e-7)
-    assert not made.sprites[np.setdiff1d(np.arange(len(made.vertices)), corners)][:4].any()
+    (rigid,) = (k for k, m in enumerate(materials) if m.name == "white")
+    face = made.faces[made.faces["material"] == rigid][0]
+    assert not made.sprites[made.indices[face["first_index"] :][:6]].any()
 
 
 def test_what_is_no_rectangle_does_not_turn() -> None:

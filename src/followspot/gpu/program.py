@@ -131,9 +131,9 @@ def set_uniform(
     value: float | tuple[float, ...] | NDArray[np.float32] | bytes,
 ) -> None:
     """Set a uniform, unless the shader does not use it: it may be one that is being edited."""
-    if name not in program:
+    uniform = program.get(name, None)  # `in` would look through all of them
+    if uniform is None:
         return
-    uniform = program[name]
     assert isinstance(uniform, moderngl.Uniform), uniform
     if isinstance(value, np.ndarray | bytes):
         uniform.write(value)

@@ -49,11 +49,10 @@ class Deforms:
 
     def moved(self, seconds: float) -> tuple[float, float, float]:
         """World units by which all of it is moved."""
-        heights = [value(move.wave, seconds) for move in self.moves]
-        x, y, z = (
-            sum(move.by[axis] * h for move, h in zip(self.moves, heights, strict=True))
-            for axis in range(3)
-        )
+        x = y = z = 0.0
+        for by, wave in self.moves:
+            height = value(wave, seconds)
+            x, y, z = x + by[0] * height, y + by[1] * height, z + by[2] * height
         return x, y, z
 
     def swelling(self, seconds: float) -> tuple[float, float, float, float]:

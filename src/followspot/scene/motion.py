@@ -13,7 +13,9 @@ leaves for a vertex one sum of seven terms, however much turbulence there is.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from followspot.assets.shader_motion import (
     Rotate,
@@ -65,7 +67,7 @@ class Motion:
     color: Wave | None = None
     alpha: Wave | None = None
 
-    @property
+    @cached_property
     def is_turbulent(self) -> bool:
         """Whether coordinates have terms of turbulence."""
         return any(isinstance(mod, Turbulence) for mod in self.tc_mods)
@@ -81,12 +83,13 @@ class Motion:
 
     def terms(self, seconds: float) -> Terms:
         """What texture coordinates are put together from."""
-        terms = _UNMOVED + _SWAY * self.is_turbulent
+        terms = _UNMOVED + _SWAY if self.is_turbulent else _UNMOVED
         for mod in self.tc_mods:
             if isinstance(mod, Turbulence):
                 terms = _swayed(terms, mod, seconds)
             else:
-                terms = _mapped(terms, _affine(mod, seconds))
+                affine = _affine(mod, seconds)
+                terms = affine if terms is _UNMOVED else _mapped(terms, affine)
         return terms
 
     def pulse(self, seconds: float) -> Pair:
@@ -104,19 +107,18 @@ def _share(wave: Wave | None, seconds: float) -> float:
 
 def value(wave: Wave, seconds: float) -> float:
     """A wave at a time."""
-    at = (wave.phase + seconds * wave.frequency) % 1.0
-    match wave.shape:
-        case Shape.SIN:
-            height = math.sin(math.tau * at)
-        case Shape.TRIANGLE:
-            height = 1 - abs((4 * at + 1) % 4 - 2)
-        case Shape.SQUARE:
-            height = 1.0 if at < 0.5 else -1.0
-        case Shape.SAWTOOTH:
-            height = at
-        case Shape.INVERSE_SAWTOOTH:
-            height = 1 - at
-    return wave.base + wave.amplitude * height
+    shape, base, amplitude, phase, frequency = wave
+    return base + amplitude * _HEIGHTS[shape]((phase + seconds * frequency) % 1.0)
+
+
+_HEIGHTS: dict[Shape, Callable[[float], float]] = {
+    Shape.SIN: lambda at: math.sin(math.tau * at),
+    Shape.TRIANGLE: lambda at: 1 - abs((4 * at + 1) % 4 - 2),
+    Shape.SQUARE: lambda at: 1.0 if at < 0.5 else -1.0,
+    Shape.SAWTOOTH: lambda at: at,
+    Shape.INVERSE_SAWTOOTH: lambda at: 1 - at,
+}
+"""What waves are at a share of their period."""
 
 
 def _affine(mod: TcMod, seconds: float) -> Terms:
