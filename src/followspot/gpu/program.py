@@ -131,7 +131,7 @@ def set_uniform(
     value: float | tuple[float, ...] | NDArray[np.float32] | bytes,
 ) -> None:
     """Set a uniform, unless the shader does not use it: it may be one that is being edited."""
-    uniform = program.get(name, None)  # `in` would look through all of them
+    uniform: object = program.get(name, None)  # `in` would look through all of them
     if uniform is None:
         return
     assert isinstance(uniform, moderngl.Uniform), uniform
