@@ -21,6 +21,7 @@ from followspot.present.renderer import Renderer
 from followspot.present.sky_irradiance import irradiance, radiance
 from followspot.present.validate import measure
 from followspot.scene.character import Crowd
+from followspot.scene.light import Light
 from followspot.scene.load import load, load_figure
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
@@ -37,6 +38,7 @@ from synthetic import (
     make_scene,
     of,
     on_plane,
+    point,
     quad,
     sphere,
     spot,
@@ -145,8 +147,9 @@ def test_a_uniform_sky_gives_pi_and_each_face_lights_its_own_side() -> None:
 
 
 @pytest.mark.gl
-def test_a_synthetic_room_is_right(renderer: Renderer) -> None:
-    figures, pictures = measure(renderer, of_albedo(make_scene(room(), LIGHT, sky=WHITE_SKY)), VIEW)
+@pytest.mark.parametrize("light", [LIGHT, point((-60, -10, 150), 900)], ids=["spot", "point"])
+def test_a_synthetic_room_is_right(renderer: Renderer, light: Light) -> None:
+    figures, pictures = measure(renderer, of_albedo(make_scene(room(), light, sky=WHITE_SKY)), VIEW)
     assert figures.same_surface > 0.995
     assert figures.radiance.pixels > 2000
     assert figures.radiance.median < 1e-4

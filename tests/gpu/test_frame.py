@@ -348,11 +348,11 @@ def test_too_many_lights_are_refused(renderer: Renderer) -> None:
     with pytest.raises(UsageError, match="at most 8 lights"):
         renderer.render(make_scene([floor()], *lights), camera((0, 0, 20)))
     spots = [spot((0, 0, 50 + k), (0, 0, 0), 30) for k in range(5)]
-    with pytest.raises(UsageError, match="4 of them with shadows"):
+    with pytest.raises(UsageError, match="4 of them spot lights with shadows"):
         renderer.render(make_scene([floor()], *spots), camera((0, 0, 20)))
 
 
-def test_eight_lights_four_of_them_with_shadows(draw: Draw) -> None:
+def test_eight_lights_four_of_them_spots(draw: Draw) -> None:
     lights = [spot((30 * k, 0, 100), (30 * k, 0, 0), 40) for k in range(4)]
     others = [point((30 * k, 50, 100)) for k in range(4)]
     scene = make_scene([floor(), *box((-10, -10, 0), (10, 10, 40))])

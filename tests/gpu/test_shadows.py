@@ -315,7 +315,7 @@ def test_shadow_map_view_as_displayed(renderer: Renderer) -> None:
 
 
 def test_there_is_no_shadow_map_without_a_light_that_casts(renderer: Renderer) -> None:
-    scene = make_scene([floor()], point((0, 0, 100)))
+    scene = make_scene([floor()], replace(point((0, 0, 100)), casts_shadow=False))
     with pytest.raises(UsageError, match="no shadow map"):
         renderer.render(scene, camera((0, 0, 50)), ["shadow-map"])
 
@@ -343,7 +343,7 @@ def test_key_light_is_the_first_that_casts(draw: Draw) -> None:
     view = camera((0, 0, 200), pitch=90, fov=40)
     alone = draw(scene.with_lights(second), view, View.SHADOW)
     bare = replace(first, casts_shadow=False)
-    lights = (point((0, 0, 90)), bare, second, first)
+    lights = (replace(point((0, 0, 90)), casts_shadow=False), bare, second, first)
     np.testing.assert_array_equal(draw(scene.with_lights(*lights), view, View.SHADOW), alone)
 
 

@@ -14,6 +14,7 @@ from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import UsageError
 from followspot.passes.frame import FrameInput
 from followspot.passes.shadow_preview import ShadowPreview
+from followspot.passes.shadow_reading import read_distance
 from followspot.passes.view import View
 from followspot.present.pixel import PixelReport, ShadowLookup, inspect_pixel
 from followspot.present.renderer import Renderer
@@ -47,7 +48,7 @@ GLASS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
 
 @pytest.fixture
 def garden(tmp_path: Path) -> Scene:
-    """All kinds of surfaces under two lamps with shadows and one without."""
+    """All kinds of surfaces under two spot lights and a point light."""
     random = np.random.default_rng(4)
     leaf = random.integers(60, 256, (8, 8, 4), np.uint8)
     leaf[..., 3] = np.kron([[0, 255], [255, 0]], np.ones((4, 4)))
@@ -103,13 +104,14 @@ def check(report: PixelReport, frame: FrameInput) -> None:
         towards = light.position - report.position
         r = np.linalg.norm(towards)
         share: Any = 1.0
+        if light.casts_shadow:  # these come first, and of a point light's sides there is one
+            share = report.shadows[frame.lights.index(light)].arrives
         if isinstance(light, SpotLight):
-            lookup = report.shadows[frame.shadowed.index(light)]
             cosine = -(towards @ light.direction) / r
             rim = np.clip(
                 (cosine - light.cos_rim) / max(light.cos_full - light.cos_rim, 1e-6), 0, 1
             )
-            share = rim * rim * (3 - 2 * rim) * lookup.arrives
+            share *= rim * rim * (3 - 2 * rim)
         intensity = light.intensity / scene.metres_per_unit**2
         expected += share * intensity * max(report.normal @ towards, 0) / r**3
     doubtful = any(is_close_call(lookup) for lookup in report.shadows)
@@ -240,7 +242,7 @@ def test_maps_are_shown_and_read_as_they_are(renderer: Renderer, garden: Scene) 
     size = shadow.size
     preview = ShadowPreview(gpu_scene.context)
     for number in (0, 1):
-        distance = shadow.read_distance(number)
+        distance = read_distance(shadow, number)
         wide, *near = shadow.tiles_of(number)
         whole = 0, 0, size, size
         depths = shadow.read_depths(wide, whole)

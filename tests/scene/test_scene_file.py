@@ -125,7 +125,7 @@ WRONG = {
     POINT + f"power = {'9' * 400}": ("lights[0].power", "", ""),
     POINT + "power = 1\ndirection = [0, 0, 1]": (
         "lights[0]",
-        "(type, position, power, name)",
+        "(type, position, power, casts_shadow, name)",
         "direction",
     ),
     POINT.replace("[0, 0, 0]", "[0, 0]") + "power = 1": ("lights[0].position", "3", "2"),

@@ -13,7 +13,10 @@ MAX_LIGHTS = 8
 """Lights in one frame; the block has room for so many."""
 
 MAX_SHADOWS = 4
-"""Lights with a shadow map in one frame, each with its own varying."""
+"""Spot lights with a shadow map in one frame, each with its own varyings."""
+
+SIDES = 6
+"""Of the cube around a point light, each with a shadow map of its own."""
 
 FRAME = np.dtype(
     [
@@ -23,7 +26,11 @@ FRAME = np.dtype(
         ("near_from_wide", "<f4", (MAX_SHADOWS, 4)),  # into the near tile: scale, shift
         ("offset_right", "<f4", (MAX_SHADOWS, 4)),  # axis; w: atlas units at a distance of one
         ("offset_up", "<f4", (MAX_SHADOWS, 4)),  # likewise
-        ("light_position", "<f4", (MAX_LIGHTS, 4)),  # world units; w: offset in depth
+        (
+            "light_position",
+            "<f4",
+            (MAX_LIGHTS, 4),
+        ),  # units; w: offset in depth, or near plane
         ("light_axis", "<f4", (MAX_LIGHTS, 4)),  # towards the light over the rim; w: rim's offset
         ("light_radiance", "<f4", (MAX_LIGHTS, 4)),  # of a white surface at one unit; w unused
         ("output_scale", "<f4", (4,)),  # x: exposure, where the output is displayed light

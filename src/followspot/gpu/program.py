@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 SHADERS = Path(__file__).parent.parent / "shaders"
 _SUFFIXES = (".vert", ".frag", ".glsl")
-_INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"]+)"[ \t]*$', re.MULTILINE)
+_LINES_CHANGE = re.compile(
+    r'^[ \t]*#(?:include[ \t]+"([^"]+)"|(?:else|elif|endif)\b.*)[ \t]*$', re.MULTILINE
+)
 _PLACE = re.compile(r"(\d+)[:(](\d+)")
 """File's number and line in a driver's message: Mesa's ``0:12(3): error``, NVIDIA's ``0(12) :``,
 and ``ERROR: 0:12:`` of others."""
@@ -112,13 +114,16 @@ def expand(
 
         def replace(match: re.Match[str]) -> str:
             line = text.count("\n", 0, match.start()) + 2
+            on = f"#line {line} {number}"
+            if match[1] is None:  # what a branch that is left out includes has lines all the same
+                return f"{match[0]}\n{on}"
             if match[1] in sources:  # every common file is wanted once
-                return f"#line {line} {number}"
+                return on
             if match[1] not in given:
                 raise ShaderError(file, line - 1, f"there is no {match[1]} to include")
-            return f"#line 1 {len(sources)}\n{put_in(match[1])}\n#line {line} {number}"
+            return f"#line 1 {len(sources)}\n{put_in(match[1])}\n{on}"
 
-        return _INCLUDE.sub(replace, text)
+        return _LINES_CHANGE.sub(replace, text)
 
     version, _, rest = put_in(name).partition("\n")
     macros = "".join(f"#define {key} {value}\n" for key, value in defines.items())

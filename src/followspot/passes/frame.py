@@ -73,7 +73,7 @@ class FrameInput:
 
     @property
     def shadowed(self) -> tuple[SpotLight, ...]:
-        """The lights that have a shadow map in this frame."""
+        """What its shadow maps look into; see `lighting.shadowed`."""
         return lighting.shadowed(self.lights, self.settings)
 
 
@@ -143,15 +143,16 @@ class FramePipeline:
                 those before can still be prepared and drawn.
         """
         self._gpu_scene.set_anisotropy(frame.settings.anisotropy)
-        shadows, encoded = len(frame.shadowed), _is_encoded(frame.view, target)
-        self.shadow.reserve(shadows, frame.settings)
+        encoded = _is_encoded(frame.view, target)
+        self.shadow.reserve(frame.shadowed, frame.settings)
         scene = frame.scene
         wanted = scene.sky, scene.environment_constant, scene.ambient, frame.settings
         if wanted != self._constant_for:
             self._constant_for = wanted
             self._constants = lighting.constants(scene, frame.settings)
+        macros = self._constants | lighting.light_counts(frame.lights, frame.settings)
         for each in (self._surfaces.programs, self._characters.programs):
-            each.prepare(frame.view, len(frame.lights), shadows, self._constants, encoded=encoded)
+            each.prepare(frame.view, macros, encoded=encoded)
         if frame.view is View.FINAL:
             self._sky.prepare(encoded=encoded)
         self._is_encoded = encoded
@@ -229,7 +230,8 @@ class FramePipeline:
         with timed("overlay"):
             if self._overlay is not None and frame.overlays and not target.is_linear:
                 frustum = None if frame.culled_from is None else cull_from_world
-                self._overlay.update(frame.overlays, frame.lights, tiles, frame.time, frustum)
+                lights = frame.lights, frame.shadowed
+                self._overlay.update(frame.overlays, *lights, tiles, frame.time, frustum)
                 self._overlay.draw(clip_from_view, target.size[0])
         if part is not None:
             target.framebuffer.scissor = None  # type: ignore[assignment]  # moderngl's way to end it

@@ -1,14 +1,15 @@
 """The frame's lights and environment: which have shadows, and what the shaders are told."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from followspot.errors import UsageError
 from followspot.gpu import blocks
-from followspot.passes import shadow_tiles
-from followspot.scene.light import Light, PointLight, SpotLight, casting
+from followspot.passes import shadow_fit, shadow_tiles
+from followspot.scene.light import Light, PointLight, SpotLight, casting, casting_around
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Mat4
@@ -20,23 +21,42 @@ _AXES = ("POS_X", "NEG_X", "POS_Y", "NEG_Y", "POS_Z", "NEG_Z")
 
 
 def in_order(lights: tuple[Light, ...]) -> tuple[Light, ...]:
-    """Lights with a shadow map before those without; the first one is the key light.
+    """Spot lights with a shadow map, point lights with some, then those without any.
+
+    The first one is the key light.
 
     Raises:
-        UsageError: more lights, or lights with shadows, than a frame holds.
+        UsageError: more lights, or spot lights with shadows, than a frame holds.
     """
-    first = casting(lights)
-    if len(lights) > blocks.MAX_LIGHTS or len(first) > blocks.MAX_SHADOWS:
+    spots = casting(lights)
+    if len(lights) > blocks.MAX_LIGHTS or len(spots) > blocks.MAX_SHADOWS:
         raise UsageError(
-            f"at most {blocks.MAX_LIGHTS} lights, {blocks.MAX_SHADOWS} of them with shadows, can "
-            f"be drawn at once; there are {len(lights)}, {len(first)} with shadows"
+            f"at most {blocks.MAX_LIGHTS} lights, {blocks.MAX_SHADOWS} of them spot lights with "
+            f"shadows, can be drawn at once; there are {len(lights)}, {len(spots)} spot lights "
+            "with shadows"
         )
+    first: tuple[Light, ...] = (*spots, *casting_around(lights))
     return (*first, *(light for light in lights if light not in first))
 
 
 def shadowed(lights: tuple[Light, ...], settings: Settings) -> tuple[SpotLight, ...]:
-    """Those of `lights` that have a shadow map in a frame."""
-    return casting(lights) if settings.shadows else ()
+    """What shadow maps of a frame look into: spot lights, then the sides of point lights' cubes."""
+    if not settings.shadows:
+        return ()
+    sides = [side for light in casting_around(lights) for side in light.sides]
+    return (*casting(lights), *sides)
+
+
+def light_counts(lights: Sequence[Light], settings: Settings) -> dict[str, int | str]:
+    """Macros of surface.frag that tell how many lights there are, in the order of `in_order`."""
+    maps = shadowed(tuple(lights), settings)
+    spots = shadow_tiles.spot_count(maps)
+    return {
+        "LIGHTS": len(lights),
+        "SHADOWS": spots,
+        "POINT_SHADOWS": (len(maps) - spots) // blocks.SIDES,
+        "SHADOW_ROWS": shadow_tiles.rows(maps, settings),
+    }
 
 
 def write_lights(
@@ -66,9 +86,13 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     macros: dict[str, int | str] = {
         "EMISSION": f"{settings.emission:.9g}",
         "SHADOW_TAPS": settings.shadow_taps,
-        "SHADOW_COLUMNS": shadow_tiles.tiles_per_light(settings),
+        "SHADOW_COLUMNS": shadow_tiles.columns(settings),
         "NEAR_REACH": f"{shadow_tiles.near_reach(settings):.9g}",
         "SHADOW_BIAS": f"{settings.shadow_bias:.9g}",
+        "NORMAL_OFFSET": f"{settings.shadow_normal_offset:.9g}",
+        "TILE_SIZE": f"{shadow_tiles.tile_size(settings):.1f}",
+        "SIDE_SCALE": f"{shadow_tiles.side_scale(settings):.9g}",
+        "NEAREST_AROUND": f"{shadow_fit.NEAREST_AROUND:.9g}",
     }
     if settings.shadow_cull is not CullFace.FRONT:
         macros["LIT_SIDES_CAST"] = 1

@@ -13,7 +13,7 @@ from followspot.gpu.targets import encode_srgb
 from followspot.passes.programs import Shader
 from followspot.passes.shadow_tiles import Tile
 from followspot.scene import outlines
-from followspot.scene.light import Light, SpotLight
+from followspot.scene.light import CubeSide, Light, SpotLight
 from followspot.scene.outlines import Points
 from followspot.scene.scene import Scene
 from followspot.spaces import Mat4
@@ -63,6 +63,7 @@ class OverlayPass:
         most += outlines.MARK_POINTS * blocks.MAX_LIGHTS
         a_light = outlines.EDGE_POINTS + outlines.CONE_POINTS + outlines.SIDE_POINTS
         most += (a_light + outlines.EDGE_POINTS) * blocks.MAX_SHADOWS
+        most += outlines.EDGE_POINTS * blocks.SIDES * blocks.MAX_LIGHTS
         self._vertices = context.buffer(reserve=most * _VERTEX.itemsize, dynamic=True)
         self._shader = Shader(context, folder, "overlay", self._array)
         self.shaders = [self._shader]
@@ -77,6 +78,7 @@ class OverlayPass:
         self,
         shown: frozenset[Overlay],
         lights: tuple[Light, ...],
+        shadowed: tuple[SpotLight, ...],
         tiles: tuple[Tile, ...],
         seconds: float,
         frustum: Mat4 | None,
@@ -85,7 +87,8 @@ class OverlayPass:
 
         Args:
             shown: What is asked for.
-            lights: The frame's; those with a shadow map come first.
+            lights: The frame's.
+            shadowed: What shadow maps look into.
             tiles: What the maps cover.
             seconds: The time, for characters.
             frustum: ``clip_from_world`` of a camera other than the picture's that decides what is
@@ -110,9 +113,10 @@ class OverlayPass:
             lines.append(_coloured(outlines.frustum_lines(frustum), _WHITE))
         if Overlay.LIGHT_FRUSTUM in shown:
             for tile in tiles:
-                light, corners = lights[tile.light], tile.frustum.clip_from_world
-                assert isinstance(light, SpotLight)
+                light, corners = shadowed[tile.light], tile.frustum.clip_from_world
                 lines.append(_coloured(outlines.frustum_lines(corners), _BLUE))
+                if isinstance(light, CubeSide):
+                    continue  # six filled ones would hide everything
                 if not tile.is_near:
                     sides.append(_coloured(outlines.frustum_triangles(corners), _BLUE_SIDES))
                     lines.append(

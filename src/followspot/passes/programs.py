@@ -177,9 +177,7 @@ class SurfacePrograms:
     def prepare(
         self,
         view: View,
-        lights: int,
-        shadows: int,
-        constants: Mapping[str, int | str],
+        macros: Mapping[str, int | str],
         *,
         encoded: bool,
     ) -> None:
@@ -187,9 +185,7 @@ class SurfacePrograms:
 
         Args:
             view: The stage that is written.
-            lights: How many there are.
-            shadows: How many of them have a shadow map; they come first.
-            constants: Macros of surface.frag; see `lighting.constants`.
+            macros: Of surface.frag; see `lighting.constants` and `lighting.light_counts`.
             encoded: Whether the picture is sRGB; what is not blended writes that itself.
 
         Raises:
@@ -197,10 +193,8 @@ class SurfacePrograms:
         """
         common: dict[str, int | str] = {
             **_VIEWS,
-            **constants,
+            **macros,
             "VIEW": f"VIEW_{view.name}",
-            "LIGHTS": lights,
-            "SHADOWS": shadows,
         }
         if encoded:
             common["ENCODED"] = 1

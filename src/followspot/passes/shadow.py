@@ -54,8 +54,7 @@ class ShadowPass:
         self._gpu_scene = gpu_scene
         self._characters = characters
         self._flush = gl.flush_function(context)
-        size = max(gpu_scene.scene.mesh.indices.nbytes, 4) * blocks.MAX_SHADOWS * 2
-        self._indices = context.buffer(reserve=size, dynamic=True)  # all tiles' casters
+        self._indices = context.buffer(reserve=4, dynamic=True)  # all tiles' casters
         self._solid = Shader(context, folder, "shadow", self._array)
         self._cut_out = Shader(context, folder, "shadow", self._array, {"ALPHA_TEST": 1})
         most = max(len(gpu_scene.scene.crowd), 1)  # where all were; or a whole tile
@@ -64,7 +63,7 @@ class ShadowPass:
         self.shaders = [self._solid, self._cut_out, self._restore]
         self.layout = ShadowTiles(gpu_scene.scene)
         self._placed: object = None
-        self._placing: list[tuple[Any, ...]] = []
+        self._placing: list[tuple[str, Any, Any]] = []
         self._drawn: dict[Place, object] = {}  # what is in the level's tiles
         # With characters two: the level's alone, then the one with theirs.
         self._maps: list[ShadowMap] = []
@@ -82,19 +81,22 @@ class ShadowPass:
         content = [(self._rectangles, "4f/i", "in_corners")]
         return [self._context.vertex_array(restore, content)]
 
-    def reserve(self, light_count: int, settings: Settings) -> None:
-        """Make room for so many lights' maps. Not to be called inside a frame."""
-        size, columns = shadow_tiles.tile_size(settings), shadow_tiles.tiles_per_light(settings)
-        wanted = columns * size, size * max(light_count, 1)
-        if self._maps and (self.atlas.size == wanted or light_count == 0):
+    def reserve(self, lights: tuple[SpotLight, ...], settings: Settings) -> None:
+        """Make room for lights' maps. Not to be called inside a frame."""
+        size, columns = shadow_tiles.tile_size(settings), shadow_tiles.columns(settings)
+        wanted = columns * size, size * max(shadow_tiles.rows(lights, settings), 1)
+        if self._maps and (self.atlas.size == wanted or not lights):
             return
         limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
         if max(wanted) > limit:
             raise UsageError(
-                f"shadow_map_size: {light_count} lights with maps of {settings.shadow_map_size} "
-                f"texels need {max(wanted)} in a row; this OpenGL has {limit}"
+                f"shadow_map_size: {len(lights)} maps, six of a point light, of "
+                f"{settings.shadow_map_size} texels need {max(wanted)} in a row; this OpenGL has "
+                f"{limit}"
             )
         self.size = size
+        tile_count = wanted[0] * wanted[1] // size**2
+        self._indices.orphan(max(self._gpu_scene.scene.mesh.indices.nbytes, 4) * tile_count)
         self._drop_maps()
         self._maps = [ShadowMap(self._context, wanted, size)]
         if len(self._gpu_scene.scene.crowd):
@@ -112,15 +114,20 @@ class ShadowPass:
         return tuple(tile for tile in self.tiles if tile.light == number)
 
     @property
+    def map(self) -> ShadowMap:
+        """What is sampled: the level's depth and characters'."""
+        return self._maps[-1]
+
+    @property
     def atlas(self) -> moderngl.Texture:
-        """Depth texture, a row of tiles a light; compared by the fetch."""
-        return self._maps[-1].texture
+        """Its depth texture, compared by the fetch."""
+        return self.map.texture
 
     def fit(self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Receivers) -> None:
         """Choose what the lights' tiles cover.
 
         Args:
-            lights: Those with a shadow map, at most as many as reserved.
+            lights: Those with a shadow map, for which there is room.
             settings: Of them the shadow settings are read.
             receivers: What the camera sees, the same object while it is the same.
         """
@@ -137,18 +144,26 @@ class ShadowPass:
         wanted = self.tiles, self.atlas.size, settings.shadow_normal_offset
         if wanted != self._placed:
             self._placed = wanted
-            self._placing = [self._place(tile, settings) for tile in self.tiles if not tile.is_near]
-        for light, (into_wide, into_near, right, up, depth) in enumerate(self._placing):
-            block["shadow_from_world"][light] = into_wide
-            block["near_from_wide"][light] = into_near
-            block["offset_right"][light], block["offset_up"][light] = right, up
-            block["light_position"][light, 3] = depth
+            wide = [tile for tile in self.tiles if not tile.is_near]
+            self._placing = [value for tile in wide for value in self._values(tile, settings)]
+        for name, index, value in self._placing:
+            block[name][index] = value
 
-    def _place(self, tile: Tile, settings: Settings) -> tuple[Any, ...]:
-        """What a light's surfaces are looked up by, from its wide tile."""
-        (right, up), depth = self.layout.offsets(tile, settings.shadow_normal_offset, self.size)
+    def _values(self, tile: Tile, settings: Settings) -> list[tuple[str, Any, Any]]:
+        """What a light's surfaces are looked up by, from its wide tile: field, index, value."""
+        number, spots = tile.light, shadow_tiles.spot_count(self.layout.lights)
+        if number >= spots:
+            light = spots + (number - spots) // blocks.SIDES
+            return [("light_position", (light, 3), tile.frustum.near)]
+        (right, up), deeper = self.layout.offsets(tile, settings.shadow_normal_offset, self.size)
         into_wide = blocks.column_major(self.layout.atlas_from_world(tile))
-        return into_wide, self.layout.near_from_wide()[tile.light], right, up, depth
+        return [
+            ("shadow_from_world", number, into_wide),
+            ("near_from_wide", number, self.layout.near_from_wide()[number]),
+            ("offset_right", number, right),
+            ("offset_up", number, up),
+            ("light_position", (number, 3), deeper),
+        ]
 
     def draw(self, settings: Settings, *, is_used: bool, characters_moved: bool) -> None:
         """Bring the atlas up to date for what was fitted last.
@@ -264,30 +279,13 @@ class ShadowPass:
         self.triangle_count += casters.triangle_count
         self.draw_count += len(casters.batches)
 
-    def read_distance(self, number: int) -> NDArray[np.float32]:
-        """(size, size) distances along light `number`'s axis in units, top row first.
-
-        What its wide tile covers, but from the near one where that holds a pixel's middle, as
-        lookups find them. Infinite where the light's rays hit nothing.
-        """
-        wide, *near = self.tiles_of(number)
-        places = np.tile((np.arange(self.size) + 0.5) / self.size, (2, 1))
-        depths = self._maps[-1].depths_at(wide.place, *places)
-        if near:
-            scale, shift = wide.finer_from_here
-            places = places * scale[:, np.newaxis] + shift[:, np.newaxis]
-            columns, rows = (places >= 0) & (places < 1)
-            finer = self._maps[-1].depths_at(near[0].place, places[0][columns], places[1][rows])
-            depths[np.ix_(rows, columns)] = finer
-        return wide.frustum.distances(depths[::-1]).astype(np.float32)
-
     def read_depths(self, tile: Tile, part: Part) -> NDArray[np.float32]:
         """Read a part of a tile; waits for the GPU.
 
         Returns:
             (h, w) depths in [0, 1], top row first.
         """
-        return self._maps[-1].read(tile.place, part)
+        return self.map.read(tile.place, part)
 
     def release(self) -> None:
         """Give the GL objects back."""

@@ -8,7 +8,8 @@ size have their texels at the same places, so shadow edges do not swim.
 
 A light has two tiles: the wide one holds all that the camera sees, the near one what is near the
 camera, where a texel covers most pixels (as in Zhang, Sun, Xu and Lu 2006, "Parallel-split shadow
-maps"). Both have the same planes, so that one depth is compared with either.
+maps"). Both have the same planes, so that one depth is compared with either. The sides of the cube
+around a point light are always covered whole.
 """
 
 import math
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from followspot import spaces
 from followspot.arrays import Floats, Mask
-from followspot.scene.light import SpotLight
+from followspot.scene.light import CubeSide, SpotLight
 from followspot.spaces import Mat4
 
 MARGIN = 3.0
@@ -40,6 +41,9 @@ FINER = 1.2
 NEAREST_SHARE = 1 / 256
 """Smallest near plane as a share of the far one. Depths are compared in float32, whose steps near
 1 leave a distance d uncertain by d^2 / near / 2^24; nearer casters are clamped to the plane."""
+
+NEAREST_AROUND = 1 / 1024
+"""The same share for point lights, which stand among what they light."""
 
 
 Window = tuple[float, float, float, float]
@@ -92,6 +96,11 @@ class ShadowFrustum:
         """Longer edge of a texel in the plane at distance 1 from the light."""
         return float(self.texels.max())
 
+    @property
+    def edges(self) -> Floats:
+        """(2, 2) lowest and highest tangents of the window."""
+        return np.array(self.window).reshape(2, 2).T
+
     def covers_the_same(self, other: "ShadowFrustum") -> bool:
         """Whether another frustum of the same light is as good as this one."""
         mine = (*self.window, self.near, self.far)
@@ -118,8 +127,8 @@ class Outlines:
     """Boxes as a light sees them.
 
     Attributes:
-        low: (n, 2) lowest tangents; minus infinity where a box reaches behind the light.
-        high: (n, 2) highest tangents, likewise.
+        low: (n, 2) lowest tangents; minus infinity where a box reaches beside the light.
+        high: (n, 2) highest tangents, likewise infinite.
         near: (n,) smallest distances along the axis, in units.
         far: (n,) largest distances.
     """
@@ -165,8 +174,13 @@ def _outlines(light: SpotLight, corners: Floats) -> Outlines:
     near, far = (-z).min(axis=0), (-z).max(axis=0)
     behind = near <= 1e-3
     tangents = across / np.maximum(-z, 1e-3)
-    low = np.where(behind, -np.inf, tangents.min(axis=1))
-    high = np.where(behind, np.inf, tangents.max(axis=1))
+    # Of what is behind as well, the tangents before the light have one end at most, the farthest.
+    least, most = np.min(across, axis=1), np.max(across, axis=1)
+    farthest = np.maximum(far, 1e-3)
+    least = np.where(least < 0, -np.inf, least / farthest)
+    most = np.where(most > 0, np.inf, most / farthest)
+    low = np.where(behind, least, tangents.min(axis=1))
+    high = np.where(behind, most, tangents.max(axis=1))
     return Outlines(low.T, high.T, near, far)
 
 
@@ -218,6 +232,26 @@ def fit_near(
         if mean < least:
             best, least = tile, mean
     return best
+
+
+def side_reach(size: int) -> float:
+    """Tangent up to which a tile of some size covers a side of the cube around a point light."""
+    return 1 + 2 * MARGIN / size
+
+
+def whole_side(side: CubeSide, mins: Floats, maxs: Floats, size: int) -> ShadowFrustum:
+    """A side of the cube around a point light, with the planes of all its sides.
+
+    Args:
+        side: The side.
+        mins: (3,) lowest coordinates of all that casts or receives, world units.
+        maxs: (3,) highest ones.
+        size: Texels along an edge of the tile.
+    """
+    rim = side_reach(size)
+    reach = np.abs([mins - side.position, maxs - side.position])
+    far = 1.001 * float(reach.max(initial=1.0, where=np.isfinite(reach)))
+    return _frustum(side, (-rim, rim, -rim, rim), (far * NEAREST_AROUND, far), size)
 
 
 def _cone(light: SpotLight) -> Window:

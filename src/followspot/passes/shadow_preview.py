@@ -9,6 +9,7 @@ from followspot.gpu.targets import encode_srgb, release_framebuffer
 from followspot.passes.programs import SHADOW_ATLAS, over_picture
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.shadow_fit import ShadowFrustum
+from followspot.passes.shadow_reading import read_distance
 
 _THINNEST = 1.0
 """Units between the distances that are darkest and lightest, at least."""
@@ -50,7 +51,7 @@ class ShadowPreview:
         of = self._shader.program
         program.set_uniform(of, "shadow_depths", SHADOW_ATLAS)
         scale, shift = tile.finer_from_here if finer else ((0.0, 0.0), (-1.0, -1.0))
-        program.set_uniform(of, "row", number)
+        program.set_uniform(of, "corner", tuple(size * at for at in tile.place))
         program.set_uniform(of, "near_from_wide", (*scale, *shift))
         program.set_uniform(of, "size", size)
         program.set_uniform(of, "planes", (tile.frustum.near, tile.frustum.far))
@@ -88,7 +89,7 @@ class ShadowPreview:
 
 def _between(shadow: ShadowPass, number: int) -> tuple[float, float]:
     """Distances along light `number`'s axis, in units, of what is nearest and farthest."""
-    distance = shadow.read_distance(number)
+    distance = read_distance(shadow, number)
     hit = distance[np.isfinite(distance)]
     if not hit.size:
         frustum = shadow.tiles_of(number)[0].frustum

@@ -1,12 +1,14 @@
 """How the lights share an atlas, and what casts into their tiles, kept while they hold: pure NumPy.
 
-The atlas has a row for each light, of two square tiles: the wide one for all that the camera sees,
-the near one for what is near it. Together they have the texels that were asked for. Where maps are
-not fitted to the camera there is only the wide one.
+The atlas has a row for each spot light, of two square tiles: the wide one for all that the camera
+sees, the near one for what is near it. Together they have the texels that were asked for. Where
+maps are not fitted to the camera there is only the wide one. The sides of point lights' cubes
+follow, with one tile each that stays the same wherever the camera is: it is in the middle of what
+they light, so that there is nothing to fit.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,7 +19,7 @@ from followspot.arrays import Floats
 from followspot.passes import drawlist, shadow_fit
 from followspot.passes.drawlist import NOTHING, DrawList, Projected
 from followspot.passes.shadow_fit import Boxes, Outlines, Receivers, ShadowFrustum
-from followspot.scene.light import SpotLight
+from followspot.scene.light import CubeSide, SpotLight
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import Mat4
@@ -29,14 +31,25 @@ Place = tuple[int, int]
 """Column and row in the atlas, in tiles."""
 
 
-def tiles_per_light(settings: Settings) -> int:
-    """Tiles that a light has room for, next to each other."""
+def columns(settings: Settings) -> int:
+    """Tiles in a row of the atlas: those of a spot light."""
     return 2 if settings.shadow_fit else 1
 
 
+def rows(lights: Sequence[SpotLight], settings: Settings) -> int:
+    """Rows of the atlas that lights, spots before sides of cubes, have room in."""
+    spots = spot_count(lights)
+    return spots + (len(lights) - spots) // columns(settings)
+
+
+def spot_count(lights: Sequence[SpotLight]) -> int:
+    """How many of them are not sides of a cube."""
+    return sum(not isinstance(light, CubeSide) for light in lights)
+
+
 def tile_size(settings: Settings) -> int:
-    """Texels along a tile's edge: a light's tiles together have those of a map of the set size."""
-    return round(settings.shadow_map_size / math.sqrt(tiles_per_light(settings)))
+    """Texels along a tile's edge: a spot's tiles together have those of a map of the set size."""
+    return round(settings.shadow_map_size / math.sqrt(columns(settings)))
 
 
 def near_reach(settings: Settings) -> float:
@@ -44,12 +57,18 @@ def near_reach(settings: Settings) -> float:
     return 0.5 - shadow_fit.MARGIN / tile_size(settings)
 
 
+def side_scale(settings: Settings) -> float:
+    """Share of a tile's edge that a tangent of 1 is, on a side of a point light's cube."""
+    return 0.5 / shadow_fit.side_reach(tile_size(settings))
+
+
 @dataclass(frozen=True, eq=False)
 class Tile:
     """A square of the atlas. Equal only to itself.
 
     Attributes:
-        light: Number of its light.
+        light: Number of its light, or side of a cube.
+        place: Where it is in the atlas.
         is_near: Whether it is that light's near one.
         frustum: What it covers.
         finer: What the near tile covers, for a wide one that has one.
@@ -57,15 +76,11 @@ class Tile:
     """
 
     light: int
+    place: Place
     is_near: bool
     frustum: ShadowFrustum
     finer: ShadowFrustum | None = None
     casters: DrawList = NOTHING
-
-    @property
-    def place(self) -> Place:
-        """Where it is in the atlas."""
-        return int(self.is_near), self.light
 
     @cached_property
     def seam(self) -> float:
@@ -73,7 +88,7 @@ class Tile:
         as a share of an edge.
         """
         assert self.finer is not None
-        low, high = _edges(self.finer)
+        low, high = self.finer.edges
         reach = shadow_fit.MARGIN * (self.finer.texels + self.frustum.texels)
         return float((reach / (high - low)).max())
 
@@ -81,7 +96,7 @@ class Tile:
     def finer_from_here(self) -> tuple[Floats, Floats]:
         """(2,) scale and (2,) shift to the near tile; both tiles' edges are at 0 and 1."""
         assert self.finer is not None
-        (low, high), (near_low, near_high) = _edges(self.frustum), _edges(self.finer)
+        (low, high), (near_low, near_high) = self.frustum.edges, self.finer.edges
         return (high - low) / (near_high - near_low), (low - near_low) / (near_high - near_low)
 
 
@@ -90,6 +105,8 @@ class ShadowTiles:
 
     Attributes:
         tiles: The first light's wide one, its near one if it has one, then the next light's.
+        lights: Whose they are: spot lights, then sides of cubes.
+        shape: Columns and rows of the atlas, in tiles.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -98,6 +115,8 @@ class ShadowTiles:
             np.concatenate([scene.mesh.faces["mins"], scene.crowd.mins]),
             np.concatenate([scene.mesh.faces["maxs"], scene.crowd.maxs]),
         )
+        mins, maxs = self._everything.mins, self._everything.maxs
+        self._bounds = mins.min(axis=0, initial=np.inf), maxs.max(axis=0, initial=-np.inf)
         materials = scene.materials
         self._casts = np.array([m.blend is None for m in materials], bool)
         self._one_sided = np.array([not m.is_two_sided for m in materials], bool)
@@ -110,11 +129,11 @@ class ShadowTiles:
             ],
             np.int32,
         )
-        self._lights: tuple[SpotLight, ...] = ()
+        self.lights: tuple[SpotLight, ...] = ()
         self._fitted: tuple[object, object] = (None, None)
         self._outlines: dict[SpotLight, Outlines] = {}
         self._projected: dict[SpotLight, Projected] = {}
-        self._columns = 1
+        self.shape: Place = (1, 1)
         self.tiles: tuple[Tile, ...] = ()
 
     def fit(
@@ -123,7 +142,7 @@ class ShadowTiles:
         """Fit the frusta, keeping each that comes out as it was, with its casters.
 
         Args:
-            lights: Those with a shadow map.
+            lights: Those with a shadow map: spot lights, then all sides of each point light's cube.
             settings: Of them the maps' size and the culled faces are read.
             receivers: What the camera sees, the same object while that is the same; none covers
                 the lights' whole cones.
@@ -131,12 +150,12 @@ class ShadowTiles:
         Returns:
             Whether any tile, or their order, is new.
         """
-        size, self._columns = tile_size(settings), tiles_per_light(settings)
+        size, self.shape = tile_size(settings), (columns(settings), rows(lights, settings))
         wanted = ((size, settings.shadow_cull), receivers)
-        if lights == self._lights and wanted == self._fitted:
+        if lights == self.lights and wanted == self._fitted:
             return False
         alike = self._fitted[0] == wanted[0]
-        before = {(self._lights[t.light], t.is_near): t for t in self.tiles} if alike else {}
+        before = {(self.lights[t.light], t.is_near): t for t in self.tiles} if alike else {}
         self._outlines = {
             light: self._outlines.get(light) or shadow_fit.outlines(light, self._everything)
             for light in lights
@@ -147,22 +166,37 @@ class ShadowTiles:
             for light in lights
         }
         tiles: list[Tile] = []
+        spots = spot_count(lights)
         for number, light in enumerate(lights):
+            place = self._place(number, spots)
+            if isinstance(light, CubeSide):
+                side = shadow_fit.whole_side(light, *self._bounds, size)
+                tiles.append(self._tile(Tile(number, place, False, side), before, light, settings))
+                continue
             seen = None if receivers is None else shadow_fit.outlines(light, receivers)
             wide = shadow_fit.fit(light, self._outlines[light], seen, size)
             near = None
             if receivers is not None and seen is not None:
                 near = shadow_fit.fit_near(light, wide, receivers, seen, size)
             if near is not None:
-                finer = self._tile(Tile(number, True, near), before, light, settings)
+                finer = self._tile(Tile(number, (1, number), True, near), before, light, settings)
                 near = finer.frustum
-            tiles.append(self._tile(Tile(number, False, wide, near), before, light, settings))
+            tiles.append(
+                self._tile(Tile(number, place, False, wide, near), before, light, settings)
+            )
             if near is not None:
                 tiles.append(finer)
         is_new = self.tiles != tuple(tiles)
         self.tiles = tuple(tiles)
-        self._lights, self._fitted = lights, wanted
+        self.lights, self._fitted = lights, wanted
         return is_new
+
+    def _place(self, number: int, spots: int) -> Place:
+        """Where light `number` has its wide tile."""
+        if number < spots:
+            return 0, number
+        row, column = divmod(number - spots, self.shape[0])
+        return column, spots + row
 
     def _tile(
         self,
@@ -175,7 +209,7 @@ class ShadowTiles:
         kept = before.get((light, wanted.is_near))
         if kept is None or not kept.frustum.covers_the_same(wanted.frustum):
             return replace(wanted, casters=self._find_casters(light, wanted.frustum, settings))
-        if (kept.light, kept.finer) == (wanted.light, wanted.finer):
+        if (kept.light, kept.place, kept.finer) == (wanted.light, wanted.place, wanted.finer):
             return kept
         return replace(wanted, frustum=kept.frustum, casters=kept.casters)
 
@@ -187,7 +221,7 @@ class ShadowTiles:
         inside = (boxes.within(frustum.window) & (boxes.near < frustum.far))[: len(mesh.faces)]
         chosen = inside & self._casts[mesh.faces["material"]]
         side = np.where(self._one_sided, _SIDE[settings.shadow_cull], 0).astype(np.float32)
-        low, high = _edges(frustum)
+        low, high = frustum.edges
         window = 2 / (high - low), (low + high) / (low - high)
         size = tile_size(settings)
         seen = self._projected[light]
@@ -196,8 +230,8 @@ class ShadowTiles:
     def atlas_from_world(self, tile: Tile) -> Mat4:
         """World to the atlas, whose corners are at 0 and 1, through a tile."""
         place = np.eye(4)
-        place[:2, 3] = tile.is_near, tile.light
-        place[:2] /= np.array([[self._columns], [len(self._lights)]])
+        place[:2, 3] = tile.place
+        place[:2] /= np.array(self.shape)[:, np.newaxis]
         return place @ spaces.SHADOW_FROM_CLIP @ tile.frustum.clip_from_world
 
     def offsets(self, tile: Tile, texels: float, size: int) -> tuple[Floats, float]:
@@ -213,24 +247,24 @@ class ShadowTiles:
             atlas for each unit of distance; and a texel in depth.
         """
         frustum = tile.frustum
-        axes = shadow_fit.view_from_world(self._lights[tile.light])[:2, :3]
+        axes = shadow_fit.view_from_world(self.lights[tile.light])[:2, :3]
         # Depth is a constant less this over the distance, which shrinks by a share of itself.
         over_distance = frustum.near * frustum.far / (frustum.far - frustum.near)
-        across = texels / size / np.array([self._columns, len(self._lights)])
+        across = texels / size / np.array(self.shape)
         return np.c_[axes, across], -over_distance * frustum.texel * texels
 
     def near_from_wide(self) -> Floats:
-        """(lights, 4) scales (x, y) and shifts (x, y) from the wide tiles into the near ones.
+        """(spots, 4) scales (x, y) and shifts (x, y) from the wide tiles into the near ones.
 
         Of homogeneous atlas coordinates: ``near.xy = wide.xy * scale + wide.w * shift``. Where
         there is no near tile, everything comes to lie outside of the atlas.
         """
-        found = np.tile([1.0, 1.0, 4.0, 4.0], (len(self._lights), 1))
+        found = np.tile([1.0, 1.0, 4.0, 4.0], (spot_count(self.lights), 1))
         for tile in self.tiles:
             if tile.finer is not None:
                 scale, shift = tile.finer_from_here
                 before, after = np.array([[0, tile.light], [1, tile.light]])
-                shift = (shift - scale * before + after) / (self._columns, len(self._lights))
+                shift = (shift - scale * before + after) / self.shape
                 found[tile.light] = *scale, *shift
         return found
 
@@ -240,8 +274,3 @@ def _tangents_from_world(light: SpotLight) -> Mat4:
     clip_from_light = np.diag([1.0, 1.0, 1.0, 0.0])
     clip_from_light[3, 2] = -1.0
     return clip_from_light @ shadow_fit.view_from_world(light)
-
-
-def _edges(frustum: ShadowFrustum) -> Floats:
-    """(2, 2) lowest and highest tangents of a window."""
-    return np.array(frustum.window).reshape(2, 2).T

@@ -22,13 +22,15 @@ from msgspec import Struct
 
 from followspot.arrays import Floats, Mask
 from followspot.errors import UsageError
+from followspot.passes.lighting import in_order
+from followspot.passes.shadow_tiles import tile_size
 from followspot.passes.view import View
 from followspot.present.raytracer import RayTracer, Truth
 from followspot.present.renderer import Renderer
 from followspot.present.shadow_edges import EDGE_TEXELS, near_edge
 from followspot.scene.camera import Camera
 from followspot.scene.character import Crowd
-from followspot.scene.light import casting
+from followspot.scene.light import PointLight, SpotLight
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 
@@ -141,7 +143,8 @@ class Validation:
 
     Args:
         renderer: Its size is that of the pictures.
-        scene: Of its lights the first that casts a shadow is compared; characters are left out.
+        scene: Of its lights the first that casts a shadow is compared, spot lights before point
+            lights; characters are left out.
         camera: Where both look from.
         albedo: Lambertian coefficient of every surface.
 
@@ -153,13 +156,13 @@ class Validation:
         albedo: As given.
 
     Raises:
-        UsageError: Mitsuba cannot run, or no spot light casts a shadow.
+        UsageError: Mitsuba cannot run, or no light casts a shadow.
     """
 
     def __init__(self, renderer: Renderer, scene: Scene, camera: Camera, albedo: float) -> None:
-        light = next(iter(casting(scene.lights)), None)
+        light = next((light for light in in_order(scene.lights) if light.casts_shadow), None)
         if light is None:
-            raise UsageError("validation compares a spot light with a shadow; there is none")
+            raise UsageError("validation compares a light with a shadow; there is none")
         self.light = light
         self.scene = replace(scene.with_lights(light), crowd=Crowd())  # rays do not meet them
         self.tracer = RayTracer(self.scene, albedo)
@@ -178,7 +181,10 @@ class Validation:
         truth = self.truth
         hit = np.isfinite(depth) & np.isfinite(truth.depth)
         same_surface = hit & np.isclose(depth, truth.depth, rtol=SAME_SURFACE, atol=0)
-        compared = same_surface & self._within(self.light.cos_rim)
+        cos_rim, cos_full = -1.0, -1.0  # all around
+        if isinstance(self.light, SpotLight):
+            cos_rim, cos_full = self.light.cos_rim, self.light.cos_full
+        compared = same_surface & self._within(cos_rim)
         return Comparison(
             truth,
             radiance,
@@ -187,19 +193,20 @@ class Validation:
             same_surface,
             compared,
             turned_away=compared & (self._cos_light(truth.face_normal) <= 0),
-            in_full_part=compared & self._within(self.light.cos_full),
-            near_edge=self._near_edge(
-                compared & (truth.lit | (share >= 0.5)), settings.shadow_map_size
-            ),
+            in_full_part=compared & self._within(cos_full),
+            near_edge=self._near_edge(compared & (truth.lit | (share >= 0.5)), settings),
         )
 
     def _within(self, cos_angle: float) -> Mask:
         """(h, w) lit within an angle from the light's axis, were there no shadows.
 
-        Mitsuba's word counts as well: float32 puts a cone's rim a little off.
+        Mitsuba's word counts as well: float32 puts a cone's rim a little off. A point light has no
+        axis, and no angle matters.
         """
-        cos_axis = -self._to_light() @ self.light.direction
-        return np.asarray((cos_axis > cos_angle) & (self.truth.unshadowed.sum(axis=2) > 0))
+        lit = np.asarray(self.truth.unshadowed.sum(axis=2) > 0)
+        if isinstance(self.light, PointLight):
+            return lit
+        return np.asarray(lit & (-self._to_light() @ self.light.direction > cos_angle))
 
     def _cos_light(self, normals: Floats) -> Floats:
         """(h, w) cosines between normals (h, w, 3) and the way to the light."""
@@ -210,15 +217,24 @@ class Validation:
         way = self.light.position - self.truth.position
         return np.asarray(way / np.linalg.norm(way, axis=2, keepdims=True))
 
-    def _near_edge(self, chosen: Mask, map_size: int) -> Mask:
+    def _near_edge(self, chosen: Mask, settings: Settings) -> Mask:
         """(h, w) those of `chosen` with a place nearby that is lit unlike them."""
-        points, normals = self.truth.position[chosen], self.truth.face_normal[chosen]
-        lit, light = self.truth.lit[chosen], self.light
-        texel = 2 * math.tan(light.half_angle) / map_size  # at a distance of one
-        along = (points - light.position) @ light.direction
-        radii = tuple(share * EDGE_TEXELS * texel * along for share in (0.5, 1.0))
+        cones: tuple[SpotLight, ...]
+        if isinstance(self.light, PointLight):
+            cones, map_size = self.light.sides, tile_size(settings)
+        else:
+            cones, map_size = (self.light,), settings.shadow_map_size
+        directions = np.stack([cone.direction for cone in cones])
+        nearest = (-self._to_light() @ directions.T).argmax(axis=2)
         result = np.zeros_like(chosen)
-        result[chosen] = near_edge(points, normals, lit, light, radii, self._is_lit)
+        for number, cone in enumerate(cones):
+            here = chosen & (nearest == number)
+            points, normals = self.truth.position[here], self.truth.face_normal[here]
+            texel = 2 * math.tan(cone.half_angle) / map_size  # at a distance of one
+            along = (points - cone.position) @ cone.direction
+            radii = tuple(share * EDGE_TEXELS * texel * along for share in (0.5, 1.0))
+            lit = self.truth.lit[here]
+            result[here] = near_edge(points, normals, lit, cone, radii, self._is_lit)
         return result
 
     def _is_lit(self, places: Floats, normals: Floats) -> Mask:

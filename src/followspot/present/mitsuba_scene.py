@@ -8,7 +8,7 @@ import numpy as np
 from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.scene.camera import Camera
-from followspot.scene.light import SpotLight
+from followspot.scene.light import Light, PointLight
 
 _VARIANT = "llvm_ad_rgb"
 """Whole pictures at a time on the CPU; the scalar variants trace one ray a call from Python."""
@@ -34,8 +34,12 @@ def load_mitsuba() -> Any:
     return mitsuba
 
 
-def spot(mi: Any, light: SpotLight, metres_per_unit: float) -> dict[str, Any]:
-    """Mitsuba's spot light, which fades in the angle; a hard rim is a very narrow fade."""
+def emitter(mi: Any, light: Light, metres_per_unit: float) -> dict[str, Any]:
+    """Mitsuba's point or spot light. That one fades in the angle; a hard rim is a narrow fade."""
+    intensity = {"type": "rgb", "value": light.intensity.tolist()}
+    if isinstance(light, PointLight):
+        position = (light.position * metres_per_unit).tolist()
+        return {"type": "point", "position": position, "intensity": intensity}
     rim, full = light.half_angle, light.half_angle * (1 - light.softness)
     start = light.position * metres_per_unit
     end = (light.position + light.direction) * metres_per_unit
@@ -43,7 +47,7 @@ def spot(mi: Any, light: SpotLight, metres_per_unit: float) -> dict[str, Any]:
     return {
         "type": "spot",
         "to_world": _look(mi, start, end, across),
-        "intensity": {"type": "rgb", "value": light.intensity.tolist()},
+        "intensity": intensity,
         "cutoff_angle": math.degrees(rim),
         "beam_width": math.degrees(min(full, rim * (1 - 1e-5))),
     }

@@ -14,7 +14,7 @@ from followspot.passes.frame import FrameInput
 from followspot.passes.shadow_tiles import Tile, near_reach
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
-from followspot.scene.light import SpotLight
+from followspot.scene.light import CubeSide, SpotLight
 from followspot.scene.settings import CullFace
 from followspot.scene.sight import Crossing, crossings
 
@@ -44,7 +44,8 @@ class ShadowLookup:
     """A surface point looked up in one light's shadow map.
 
     Attributes:
-        light: The light's name, or its number among those with a map.
+        light: The light's name, or its number among those with a map; a point light's with the side
+            of its cube.
         light_space: (4,) homogeneous place in the atlas, moved off the surface by the bias.
         divided: (3,) the same after the division, in [0, 1]; the third is what is compared.
         texel: Column and row in the light's tile, from the top left.
@@ -81,7 +82,8 @@ class PixelReport:
         position: (3,) world units; none is the sky's.
         depth: Units along the view axis; infinite for the sky.
         normal: (3,) unit world normal of the side that is seen.
-        shadows: For each light with a shadow map, in their order.
+        shadows: For each light with a shadow map, in their order; of a point light's, that on the
+            side of its cube in which the place is.
         visibility: Share of the key light that arrives.
         rho: (3,) Lambertian coefficients, those of blended surfaces blended in.
         direct: (3,) irradiance from all lights in W/m^2.
@@ -150,7 +152,8 @@ def inspect_pixel(renderer: Renderer, frame: FrameInput, x: int, y: int) -> Pixe
     if surface is not None and position is not None:
         shadows = tuple(
             _look_up(renderer, frame, number, surface, position, normal)
-            for number in range(len(frame.shadowed))
+            for number, light in enumerate(frame.shadowed)
+            if not isinstance(light, CubeSide) or _is_on_side(light, position)
         )
     return PixelReport(
         x=x,
@@ -253,6 +256,10 @@ def _light_space(
     wide, *near = shadow.tiles_of(number)
     corners = surface.corners["position"].astype(np.float64)
     normals = surface.corners["normal"].astype(np.float64)
+    if isinstance(light, CubeSide):  # looked up pixel by pixel
+        corners, normals = (surface.weights @ each for each in (corners, normals))
+        corners, normals = (np.tile(each, (3, 1)) for each in (corners, normals))
+        normals /= np.linalg.norm(normals[0])
     ray = light.position - corners
     cosine = np.einsum("ij,ij->i", normals, ray) / np.linalg.norm(ray, axis=1)
     two_sided = surface.material.sides is not Sides.FRONT
@@ -297,8 +304,16 @@ def _filter(at: float, taps: int, size: int) -> tuple[Floats, NDArray[np.intp]]:
     return weights, texels
 
 
+def _is_on_side(light: CubeSide, position: Floats) -> bool:
+    """Whether the ray to a place goes through a side of a point light's cube."""
+    way = position - light.position
+    return bool(way @ light.direction >= np.abs(way).max())
+
+
 def _is_lit(light: SpotLight, position: Floats, normal: Floats) -> bool:
     towards = light.position - position
+    if isinstance(light, CubeSide):
+        return bool(normal @ towards > 0)
     cosine = -(towards @ light.direction) / np.linalg.norm(towards)
     return bool(normal @ towards > 0 and cosine > light.cos_rim)
 

@@ -1,6 +1,6 @@
 """The same scene in Mitsuba 3: what a picture of it is without a rasteriser's shortcuts.
 
-Mitsuba's sensor, ray tracer, spot light and BSDF make the picture; only the rules of what is
+Mitsuba's sensor, ray tracer, lights and BSDF make the picture; only the rules of what is
 seen are put in here, since they are the game's: the camera does not see the backs of one-sided
 faces, blended surfaces throw no shadow, everything else stops light from both sides, and leaves
 and grates do both only where their texture says so. Lengths are metres in Mitsuba, so that the
@@ -18,7 +18,7 @@ from followspot.assets.shader_values import Sides
 from followspot.present import mitsuba_scene
 from followspot.present.cut_outs import CutOuts
 from followspot.scene.camera import Camera
-from followspot.scene.light import SpotLight
+from followspot.scene.light import Light
 from followspot.scene.scene import Scene
 
 _CLEARANCE = 0.05
@@ -123,14 +123,14 @@ class RayTracer:
             shapes["level"] = shape
         return mi.load_dict({"type": "scene", **shapes, **others})
 
-    def render(self, camera: Camera, size: tuple[int, int], light: SpotLight) -> Truth:
+    def render(self, camera: Camera, size: tuple[int, int], light: Light) -> Truth:
         """A picture of (width, height) pixels, each seen through its middle."""
-        seen, spot = self._seen_by(camera), mitsuba_scene.spot(self._mi, light, self._metres)
+        seen, lamp = self._seen_by(camera), mitsuba_scene.emitter(self._mi, light, self._metres)
         rays = self._rays(camera, size)
         start, way = _array(rays.o), _array(rays.d)
-        solid = self._shade(self._scene(self._is_solid & seen, light=spot), start, way)
+        solid = self._shade(self._scene(self._is_solid & seen, light=lamp), start, way)
         chosen = self._is_cut_out & seen
-        leaves = self._scene(chosen, light=spot)
+        leaves = self._scene(chosen, light=lamp)
         before = self._reach_cut_out(leaves, chosen, start, way, solid.distance * (1 + 1e-5))
         is_leaf = np.isfinite(before)
         surface = solid
@@ -210,13 +210,13 @@ class RayTracer:
             going = going[~kept]
         return result
 
-    def reached(self, points: Floats, normals: Floats, light: SpotLight) -> tuple[Mask, Mask]:
+    def reached(self, points: Floats, normals: Floats, light: Light) -> tuple[Mask, Mask]:
         """Which points see the light's centre, and which have something cut out on the way.
 
         Args:
             points: (n, 3) world, units.
             normals: (n, 3) unit, of the surfaces that the points lie on, either way round.
-            light: Its cone is not looked at.
+            light: A spot light's cone is not looked at.
 
         Returns:
             Two masks (n,). What is cut out counts where nothing solid is in the way.
@@ -244,14 +244,14 @@ class RayTracer:
         ends = mi.Float(reach.astype(np.float32))
         return mi.Ray3f(mi.Point3f(start.T), mi.Vector3f(way.T), ends, 0.0, mi.Color0f())
 
-    def direct(self, camera: Camera, size: tuple[int, int], light: SpotLight) -> Floats:
+    def direct(self, camera: Camera, size: tuple[int, int], light: Light) -> Floats:
         """(h, w, 3) radiance by Mitsuba's own ``direct`` integrator, at the pixels' middles.
 
         It differs from `render` where the camera sees backs or what is cut out, since it knows
         no face that is there for one and not for the other.
         """
         mi = self._mi
-        scene = self._scene(self._is_solid, light=mitsuba_scene.spot(self._mi, light, self._metres))
+        scene = self._scene(self._is_solid, light=mitsuba_scene.emitter(mi, light, self._metres))
         middle = {"type": "stratified", "sample_count": 1, "jitter": False}
         integrator = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
         sensor = mitsuba_scene.sensor(mi, camera, size, middle, self._metres)

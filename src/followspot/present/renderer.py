@@ -18,9 +18,11 @@ from followspot.gpu.timers import PassTimers
 from followspot.passes.frame import PASSES, FrameInput, FramePipeline, FrameReport
 from followspot.passes.overlay import Overlay
 from followspot.passes.shadow_preview import ShadowPreview
+from followspot.passes.shadow_reading import read_cube, read_distance
 from followspot.passes.view import View
 from followspot.present.exposure import automatic
 from followspot.scene.camera import Camera
+from followspot.scene.light import CubeSide
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 
@@ -223,9 +225,10 @@ class Renderer:
 
     def _shadow_map(self, frame: FrameInput, linear: bool) -> NDArray[Any]:
         if not frame.shadowed:
-            raise UsageError("there is no shadow map: no spot light casts shadows here")
+            raise UsageError("there is no shadow map: no light casts shadows here")
         self.draw(frame)
-        distance = self.pipeline.shadow.read_distance(0)
+        shadow, is_cube = self.pipeline.shadow, isinstance(frame.shadowed[0], CubeSide)
+        distance = read_cube(shadow) if is_cube else read_distance(shadow, 0)
         return distance if linear else _stretched(distance)
 
     def shadow_map_texture(self, number: int = 0) -> moderngl.Texture | None:

@@ -9,6 +9,7 @@ Rendering, 4th ed., 4.1 (radiometry) and 12.1-12.2 (point and spot lights).
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,6 +25,7 @@ class PointLight:
     Attributes:
         position: (3,) world space, Quake units.
         power: (3,) radiant power per RGB channel in W, over the whole sphere.
+        casts_shadow: Whether the light has shadow maps.
 
     Both vectors may be given as any sequence of three numbers.
 
@@ -33,12 +35,28 @@ class PointLight:
 
     position: Vec3
     power: Vec3
+    casts_shadow: bool = True
     name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", spaces.vec3(self.position))
         object.__setattr__(self, "power", spaces.vec3(self.power))
         _check(self.position, self.power)
+
+    @cached_property
+    def sides(self) -> tuple["CubeSide", ...]:
+        """What its shadow maps look into: +X, -X, +Y, -Y, +Z, -Z, the same objects every time."""
+        return tuple(
+            CubeSide(
+                self.position,
+                axis * sign + 0.0,  # no -0, which would turn the lower side round
+                math.pi / 4,
+                self.power / 6,
+                name=f"{self.name or 'point'} {'+' if sign > 0 else '-'}{letter}",
+            )
+            for axis, letter in zip(np.eye(3), "XYZ", strict=True)
+            for sign in (1, -1)
+        )
 
     @property
     def intensity(self) -> Vec3:
@@ -108,6 +126,13 @@ class SpotLight:
         return self.power / (2 * math.pi * (1 - (self.cos_full + self.cos_rim) / 2))
 
 
+class CubeSide(SpotLight):
+    """A sixth of what a point light sees: its cone is a square one, the side of a cube around it.
+
+    Only shadow maps know of it; what a surface receives is the point light's.
+    """
+
+
 def _check(position: Vec3, power: Vec3) -> None:
     if not np.isfinite(position).all():
         raise UsageError(f"a light: expected a finite position, found {position.tolist()}")
@@ -119,5 +144,10 @@ Light = PointLight | SpotLight
 
 
 def casting(lights: Iterable[Light]) -> tuple[SpotLight, ...]:
-    """Those that have a shadow map, in their order; the first one is the key light."""
+    """Spot lights that have a shadow map, in their order; the first one is the key light."""
     return tuple(x for x in lights if isinstance(x, SpotLight) and x.casts_shadow)
+
+
+def casting_around(lights: Iterable[Light]) -> tuple[PointLight, ...]:
+    """Point lights that have shadow maps, in their order."""
+    return tuple(x for x in lights if isinstance(x, PointLight) and x.casts_shadow)

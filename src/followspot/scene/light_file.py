@@ -7,6 +7,7 @@ target = [0, 0, 0]            # or direction = [x, y, z]
 half_angle_degrees = 30
 power = 5000                  # W, or [red, green, blue]
 softness = 0.2
+casts_shadow = true
 """
 
 import math
@@ -29,6 +30,7 @@ class PointEntry(Entry, tag="point", frozen=True, kw_only=True):
 
     position: Point
     power: float | list[float]
+    casts_shadow: bool = True
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -36,7 +38,12 @@ class PointEntry(Entry, tag="point", frozen=True, kw_only=True):
 
     def light(self) -> Light:
         """The light itself."""
-        return PointLight(spaces.vec3(self.position), _per_channel(self.power), name=self.name)
+        return PointLight(
+            spaces.vec3(self.position),
+            _per_channel(self.power),
+            casts_shadow=self.casts_shadow,
+            name=self.name,
+        )
 
 
 class SpotEntry(Entry, tag="spot", frozen=True, kw_only=True):

@@ -3,7 +3,7 @@
 // there is nothing. From the near tile where that holds a texel's middle, as lookups find them.
 
 uniform sampler2D shadow_depths;  // the atlas, as numbers
-uniform int row;                  // of the light's tiles
+uniform ivec2 corner;             // of the light's wide tile, texels; its near one is beside it
 uniform int size;                 // texels along a tile's edge
 uniform vec4 near_from_wide;      // scale and shift, both tiles' edges at 0 and 1
 uniform vec2 planes;              // near and far, units
@@ -17,7 +17,7 @@ void main() {
     vec2 near = (vec2(texel) + 0.5) / float(size) * near_from_wide.xy + near_from_wide.zw;
     bool is_near = all(greaterThanEqual(near, vec2(0.0))) && all(lessThan(near, vec2(1.0)));
     ivec2 place = is_near ? ivec2(near * float(size)) + ivec2(size, 0) : texel;
-    float depth = texelFetch(shadow_depths, ivec2(0, row * size) + place, 0).r;
+    float depth = texelFetch(shadow_depths, corner + place, 0).r;
     float ndc = 2.0 * depth - 1.0;
     float distance = 2.0 * planes.x * planes.y
         / (planes.x + planes.y - ndc * (planes.y - planes.x));

@@ -1,10 +1,13 @@
 #version 330 core
 // A Lambertian surface under the frame's lights and sky: L = rho/pi E. VIEW chooses which stage
-// of that is written, ENCODED as sRGB, but where GL blends, which does that itself; LIGHTS and
-// SHADOWS are the frame's counts, shadowed lights first.
+// of that is written, ENCODED as sRGB, but where GL blends, which does that itself; LIGHTS are the
+// frame's: first SHADOWS spot lights with a map, then POINT_SHADOWS point lights with some, then those
+// without any.
 #include "common/frame.glsl"
 #include "common/light.glsl"
 #include "common/srgb.glsl"
+
+#define MAPPED (SHADOWS + POINT_SHADOWS)
 
 uniform sampler2D base_image;          // linear light; a is coverage
 uniform sampler2D layer_image;         // likewise, laid over that
@@ -25,16 +28,21 @@ in vec2 layer_texcoord;
 in vec4 tint;  // linear, that texels are multiplied by; or how far the layer covers them, its a
 #endif
 flat in float scale;
-#if LIGHTS > SHADOWS
+#if LIGHTS > MAPPED
 in vec3 world_position;
+#endif
+#if MAPPED > 0
+in vec4 shadowed_ray[MAPPED];
+flat in vec4 shadowed_glow[MAPPED];
+#endif
+#if POINT_SHADOWS > 0
+flat in float near_plane[POINT_SHADOWS];
 #endif
 #if SHADOWS > 0
 in vec4 shadow_wide[SHADOWS];
 #if SHADOW_COLUMNS == 2
 in vec3 shadow_near[SHADOWS];
 #endif
-in vec4 shadowed_ray[SHADOWS];
-flat in vec4 shadowed_glow[SHADOWS];
 #endif
 
 out vec4 value;
@@ -57,7 +65,9 @@ vec4 place_in_atlas(int i) {
     return shadow_wide[i];
 }
 #endif
+#endif
 
+#if MAPPED > 0
 // Share of a light that arrives, by percentage-closer filtering (Reeves, Salesin and Cook 1987):
 // the mean of comparisons, of which the hardware makes four for each fetch.
 float visibility(vec4 homogeneous) {
@@ -75,19 +85,25 @@ float visibility(vec4 homogeneous) {
     return sum / float(SHADOW_TAPS * SHADOW_TAPS);
 #endif
 }
+
+#if POINT_SHADOWS > 0
+#include "common/offset.glsl"
+#include "common/cube.glsl"
+
+vec4 place_around(int i, vec3 n) {
+    return place_on_cube(i, shadowed_ray[i].xyz, near_plane[i - SHADOWS], n);
+}
 #endif
 
-#if SHADOWS > 0
-// Share of a light that arrives at the side of a triangle that is seen.
-float arrives(int i) {
+// Share of a light that arrives at the side of a triangle that is seen; `place` is where its map tells.
+float arrives(vec3 ray, vec4 place) {
 #ifdef SMOOTHED
     // Normals that are smoothed over edges face some lights from which the triangle itself is turned
     // away. It is in its own shadow there, which the map cannot tell: it is what the map holds.
-    vec3 ray = shadowed_ray[i].xyz;
     vec3 seen_side = cross(dFdx(ray), dFdy(ray));
     if (dot(seen_side, ray) <= 0.0) return 0.0;
 #endif
-    return visibility(place_in_atlas(i));
+    return visibility(place);
 }
 #endif
 
@@ -96,10 +112,15 @@ vec3 radiance_from_lights(vec3 n) {
 #if SHADOWS > 0
     for (int i = 0; i < SHADOWS; ++i)
         sum += radiance_from_light(shadowed_ray[i], shadowed_glow[i], n)
-             * arrives(i);
+             * arrives(shadowed_ray[i].xyz, place_in_atlas(i));
 #endif
-#if LIGHTS > SHADOWS
-    for (int i = SHADOWS; i < LIGHTS; ++i)
+#if POINT_SHADOWS > 0
+    for (int i = SHADOWS; i < MAPPED; ++i)
+        sum += radiance_from_light(shadowed_ray[i], shadowed_glow[i], n)
+             * arrives(shadowed_ray[i].xyz, place_around(i, n));
+#endif
+#if LIGHTS > MAPPED
+    for (int i = MAPPED; i < LIGHTS; ++i)
         sum += radiance_from_light(light_ray(i, world_position), light_glow(i), n);
 #endif
     return sum;
@@ -108,9 +129,13 @@ vec3 radiance_from_lights(vec3 n) {
 // 1 where the key light arrives: inside its cone, on a side that faces it, behind nothing.
 float key_light_visibility(vec3 n) {
     const vec3 white = vec3(1.0);
-#if SHADOWS > 0
+#if MAPPED > 0
     bool faces = radiance_from_light(shadowed_ray[0], vec4(white, shadowed_glow[0].w), n).r > 0.0;
-    return faces ? arrives(0) : 0.0;
+#if SHADOWS > 0
+    return faces ? arrives(shadowed_ray[0].xyz, place_in_atlas(0)) : 0.0;
+#else
+    return faces ? arrives(shadowed_ray[0].xyz, place_around(0, n)) : 0.0;
+#endif
 #elif LIGHTS > 0
     vec4 ray = light_ray(0, world_position);
     return radiance_from_light(ray, vec4(white, light_glow(0).w), n).r > 0.0 ? 1.0 : 0.0;

@@ -7,6 +7,8 @@
 #include "common/texcoord.glsl"
 #include "common/deform.glsl"
 
+#define MAPPED (SHADOWS + POINT_SHADOWS)
+
 #if defined(TINTED) || defined(FADES)
 in vec4 in_tint;
 out vec4 tint;
@@ -18,8 +20,15 @@ out vec2 texcoord;
 out vec2 layer_texcoord;
 #endif
 flat out float scale;  // of the output; handed on, since pixels read uniform blocks slowly
-#if LIGHTS > SHADOWS
+#if LIGHTS > MAPPED
 out vec3 world_position;
+#endif
+#if MAPPED > 0
+out vec4 shadowed_ray[MAPPED];  // common/light.glsl
+flat out vec4 shadowed_glow[MAPPED];
+#endif
+#if POINT_SHADOWS > 0
+flat out float near_plane[POINT_SHADOWS];  // of the sides' maps
 #endif
 #if SHADOWS > 0
 out vec4 shadow_wide[SHADOWS];  // place in the atlas, in the wide tile
@@ -27,16 +36,9 @@ out vec4 shadow_wide[SHADOWS];  // place in the atlas, in the wide tile
 out vec3 shadow_near[SHADOWS];  // x, y in the near tile, used from -w to w; and z for it
 #include "common/atlas.glsl"
 #endif
-out vec4 shadowed_ray[SHADOWS];  // common/light.glsl
-flat out vec4 shadowed_glow[SHADOWS];
 
-// What is in the map with its lit side is moved by so many times the normal offset; and how, between
-// two cosines.
-const float LIT_SIDE = 3.0, GRAZING = 0.1, STEEP = 0.4;
+#include "common/offset.glsl"
 
-// Where a receiver is looked up. It is moved off its surface by a part of a texel (Holbert, "Saying
-// goodbye to shadow acne", 2011), but only across the map, as its normal points: moved towards the
-// light as well, the foot of a shaded wall would come to lie in the wall, where light is.
 void place_in_tiles(int i, vec3 position, vec3 n) {
     vec3 ray = shadowed_ray[i].xyz;
     float cosine = dot(n, ray) * inversesqrt(dot(ray, ray));
@@ -45,17 +47,7 @@ void place_in_tiles(int i, vec3 position, vec3 n) {
     cosine = abs(cosine);
 #endif
     vec2 across = vec2(dot(offset_right[i].xyz, n), dot(offset_up[i].xyz, n));
-    float nearer = 0.0;
-#if defined(SIDES_BOTH) || defined(LIT_SIDES_CAST)
-    // It is in the map itself and would shadow itself. It is moved towards the light by the depth
-    // that a plane of its slope gains from texel to texel, which leaves shadows' edges on it in
-    // place, and by one offset at least, for rounding. Under grazing light that depth has no bound:
-    // there it is moved across instead.
-    float facing = smoothstep(GRAZING, STEEP, cosine);
-    float deepens = (abs(across.x) + abs(across.y)) / max(cosine, GRAZING);
-    nearer = LIT_SIDE * mix(max(cosine, 0.0), max(deepens, cosine / LIT_SIDE), facing);
-    across *= mix(LIT_SIDE, 1.0, facing);
-#endif
+    float nearer = moved_nearer(cosine, across);
     float depth = light_position[i].w * nearer;
     vec4 s = shadow_from_world[i] * vec4(position + n * SHADOW_BIAS, 1.0);
     vec2 moved = across * vec2(offset_right[i].w, offset_up[i].w) * s.w;
@@ -80,15 +72,20 @@ void main() {
     tint = in_tint;
 #endif
     scale = output_scale.x;
-#if LIGHTS > SHADOWS
+#if LIGHTS > MAPPED
     world_position = world.xyz;
 #endif
-#if SHADOWS > 0
-    for (int i = 0; i < SHADOWS; ++i) {
+#if MAPPED > 0
+    for (int i = 0; i < MAPPED; ++i) {
         shadowed_ray[i] = light_ray(i, world.xyz);
         shadowed_glow[i] = light_glow(i);
-        place_in_tiles(i, world.xyz, world_normal);
     }
+#endif
+#if POINT_SHADOWS > 0
+    for (int i = 0; i < POINT_SHADOWS; ++i) near_plane[i] = light_position[SHADOWS + i].w;
+#endif
+#if SHADOWS > 0
+    for (int i = 0; i < SHADOWS; ++i) place_in_tiles(i, world.xyz, world_normal);
 #endif
     gl_Position = clip_from_world * vec4(drawn_at(world.xyz), 1.0);
 }

@@ -8,6 +8,7 @@ from gl_calls import live_objects
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
+from followspot.passes.shadow_reading import read_distance
 from followspot.passes.shadow_tiles import Tile
 from followspot.passes.view import View
 from followspot.present.pixel import PixelReport, inspect_pixel
@@ -34,7 +35,7 @@ def mapping(finger: Finger) -> None:
     assert found(finger).shadow_map is None, "nobody looks at it"
     context.window_focus("//Shadow map")
     finger.wait(lambda _: found(finger).shadow_map is not None)
-    assert found(finger).key_map is None
+    assert found(finger).key_maps == ()
     context.mouse_move("//Shadow map/map")
     finger.wait(lambda _: found(finger).texel is not None)
     assert read_as_in_the_map(finger, number=0)
@@ -88,7 +89,7 @@ def mapping(finger: Finger) -> None:
     finger.wait(lambda state: state.map_light == 1 and found(finger).texel is not None)
     context.yield_(2)
     assert read_as_in_the_map(finger, number=1)
-    key, own = found(finger).key_map, found(finger).shadow_map
+    (key,), own = found(finger).key_maps, found(finger).shadow_map
     assert key is not None
     assert own is not None
     assert finger.in_frame(lambda: key.read() != own.read())
@@ -110,7 +111,7 @@ def read_as_in_the_map(finger: Finger, number: int) -> bool:
     texel = found(finger).texel
     assert texel is not None
     shadow = finger.viewer.renderer.pipeline.shadow
-    whole = finger.in_frame(lambda: shadow.read_distance(number))
+    whole = finger.in_frame(lambda: read_distance(shadow, number))
     assert whole.shape == (shadow.size, shadow.size)
     assert whole[texel.place[::-1]] == np.float32(texel.distance)
     light = finger.state.frame(finger.state.look).shadowed[number]

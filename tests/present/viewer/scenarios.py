@@ -29,7 +29,7 @@ from followspot.passes.frame import FramePipeline
 from followspot.passes.view import View
 from followspot.present.viewer import copying
 from followspot.present.viewer import window as viewer_window
-from followspot.present.viewer.state import Look, Mouse, Tool
+from followspot.present.viewer.state import Lamp, Look, Mouse, Tool
 from followspot.scene import scene_file
 from followspot.scene.light import PointLight, SpotLight
 from followspot.scene.path import CameraPath
@@ -312,11 +312,11 @@ def rendering(hands: Hands) -> Iterator[None]:
     for key, view in (("2", View.NORMALS), ("5", View.DIRECT), ("1", View.FINAL)):
         yield from hands.press(key, shows(view))
         if view is View.DIRECT:
-            lamps = hands.state.lamps
-            sun = lamps[0].light
+            sun, torch = (lamp.light for lamp in hands.state.lamps)
             assert isinstance(sun, SpotLight)
             sun = replace(sun, softness=0.0, power=sun.power / 2)
-            hands.viewer.state = hands.state.with_lamp(0, replace(lamps[0], light=sun))
+            lamps = Lamp(sun), Lamp(replace(torch, casts_shadow=True))
+            hands.viewer.state = replace(hands.state, lamps=lamps)
         yield from hands.frames(2)
         np.save(f"{view}.npy", hands.picture())
         assert not copying.untold(hands.state)
@@ -444,13 +444,13 @@ def failing(hands: Hands) -> Iterator[None]:
     light = '[[lights]]\ntype = "point"\nposition = [0, 0, 0]\npower = 1\n'
     Path("nine.toml").write_text('level = "courtyard"\n' + 9 * light)
     viewer.state = replace(hands.state, look=Look(View.SHADOW_MAP))
-    yield from hands.until(lambda _: viewer._seen is not None and viewer._seen.found.key_map)
+    yield from hands.until(lambda _: viewer._seen is not None and viewer._seen.found.key_maps)
     viewer.state = replace(hands.state, wanted="nine.toml")
     for _ in hands.until(has_failed("at most 8 lights")):
         yield
-        shown = viewer._seen.found.key_map
-        assert shown is None or not isinstance(shown.mglo, moderngl.InvalidObject)
-    yield from hands.until(lambda _: viewer._seen.found.key_map)
+        shown = viewer._seen.found.key_maps
+        assert not any(isinstance(each.mglo, moderngl.InvalidObject) for each in shown)
+    yield from hands.until(lambda _: viewer._seen.found.key_maps)
 
 
 def hiding(hands: Hands) -> Iterator[None]:

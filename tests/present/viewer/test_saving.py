@@ -168,7 +168,11 @@ def test_removed_and_added_lights(opened: State) -> None:
     none = saved(lamps.removed(lamps.removed(after, 1), 0))
     file = scene_file.read(path)
     assert file.lights == ()
-    again = saved(lamps.added(none))
+    again = saved(lamps.added(lamps.added(none), is_point=True))
+    assert values(reopened(opened.scene, path)) == values(again)
+    dark = replace(again.lamps[1].light, casts_shadow=False)
+    again = saved(again.with_lamp(1, replace(again.lamps[1], light=dark)))
+    assert "casts_shadow = false" in path.read_text(encoding="utf-8")
     assert values(reopened(opened.scene, path)) == values(again)
 
 

@@ -70,6 +70,14 @@ def test_there_are_never_more_lights_than_a_frame_holds(state: State) -> None:
     assert str(MAX_LIGHTS) in state.notice
 
 
+def test_a_new_point_light_is_as_bright_as_a_new_spot(state: State) -> None:
+    spot, lamp = (each.light for each in lamps.added(lamps.added(state), is_point=True).lamps)
+    assert isinstance(lamp, PointLight) and lamp.casts_shadow
+    np.testing.assert_allclose(lamp.intensity, spot.intensity)
+    np.testing.assert_array_equal(lamp.position, state.camera.position)
+    assert lamp.name and lamp.name != spot.name
+
+
 def test_a_light_goes_to_the_eye(state: State) -> None:
     spot = SpotLight(spaces.vec3((9, 9, 9)), spaces.vec3((0, 0, 1)), 0.5, np.ones(3))
     there = lamps.at_eye(state, spot)

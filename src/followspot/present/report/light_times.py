@@ -28,7 +28,7 @@ def by_count(scene: Scene, camera: Camera, renderer: Renderer, lamps: Floats) ->
     result = {}
     for count in COUNTS:
         places = np.resize(lamps, (count, 3))
-        lights = [PointLight(vec3(place), vec3([1, 1, 1])) for place in places]
+        lights = [PointLight(vec3(place), vec3([1, 1, 1]), casts_shadow=False) for place in places]
         result[count] = _frame_ms(scene.with_lights(*lights), camera, renderer)
     return result
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from followspot.arrays import Floats, Ints, Mask
-from followspot.passes import drawlist, lighting
+from followspot.passes import drawlist
 from followspot.passes.view import View
 from followspot.passes.visible import VisibleFaces
 from followspot.present.renderer import Renderer
@@ -16,6 +16,7 @@ from followspot.present.report.clusters import SLICES, TILES, Clusters
 from followspot.present.report.lamps import CUT_OFF, LEAST_CUT_OFF, REACH, Lamps
 from followspot.present.report.visibility import CLEARANCE, Rays, fitted, ways
 from followspot.scene.camera import Camera
+from followspot.scene.light import casting
 from followspot.scene.scene import Scene
 from followspot.spaces import vec3
 
@@ -170,10 +171,10 @@ def _mean_count(mask: Mask) -> float:
 
 def _window(scene: Scene, camera: Camera, size: tuple[int, int]) -> float | None:
     """Share of the key light's cone, as a square, that its wide tile covers; none without one."""
-    shadowed = lighting.shadowed(scene.lights, scene.settings)
-    if not shadowed:
+    spots = casting(scene.lights)
+    if not (spots and scene.settings.shadows):
         return None
-    found = fitted(scene, camera, size, shadowed[0], scene.settings)
+    found = fitted(scene, camera, size, spots[0], scene.settings)
     edges = np.array([found.cone.window, found.wide.window]).reshape(2, 2, 2)  # axis; low, high
     areas = np.ptp(edges, axis=2).prod(axis=1)
     return float(areas[1] / areas[0])

@@ -62,7 +62,8 @@ class Found:
     """What was found of what was asked.
 
     Attributes:
-        key_map: The key light's shadow map, as greys, while a stage shows it.
+        key_maps: The key light's shadow map, as greys, while a stage shows it; of a point light
+            those of the sides of its cube.
         shadow_map: The one that was asked for.
         map_age: Frames since shadow maps were drawn; 0 is this frame.
         finer: How much smaller texels are in the near tile of the one that was asked for, in the
@@ -75,7 +76,7 @@ class Found:
         thumbnails: Those of what was asked for which there are so far.
     """
 
-    key_map: moderngl.Texture | None
+    key_maps: tuple[moderngl.Texture, ...]
     shadow_map: moderngl.Texture | None
     map_age: int
     finer: float | None

@@ -63,7 +63,7 @@ def untold(state: State) -> list[str]:
             reasons.append("that all lights are off")
         if any(light.softness > 0 for light in spots):
             reasons.append("soft rims of lights")
-        if not all(light.casts_shadow for light in spots):
+        if not all(light.casts_shadow for light in lights):
             reasons.append("lights without shadow")
         if state.scene.lights_chosen and state.scene.ambient > 0:
             reasons.append("the light from all around")

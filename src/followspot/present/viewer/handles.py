@@ -8,6 +8,7 @@ from imgui_bundle.imguizmo import im_guizmo
 from numpy.typing import NDArray
 
 from followspot import spaces
+from followspot.passes.shadow_reading import UNFOLDED
 from followspot.passes.view import View
 from followspot.present.viewer.state import Lamp, Seen, State, Tool
 from followspot.scene.light import Light, SpotLight
@@ -51,14 +52,17 @@ def _shadow_maps(state: State, seen: Seen) -> None:
             continue
         picture = imgui.get_background_draw_list()
         picture.add_rect_filled((left, 0), (right, height), imgui.IM_COL32(*BEHIND, 255))
-        if seen.found.key_map is None:
-            text = "No spot light casts shadows here."
+        maps = seen.found.key_maps
+        if not maps:
+            text = "No light casts shadows here."
             picture.add_text(((left + right) / 2 - 100, height / 2), _LINE, text)
             continue
-        half = min(right - left, height) / 2
-        x, y = (left + right) / 2, height / 2
-        texture = imgui.ImTextureRef(seen.found.key_map.glo)
-        picture.add_image(texture, (x - half, y - half), (x + half, y + half))
+        cells, shape = (((0, 0),), (1, 1)) if len(maps) == 1 else (UNFOLDED, (3, 4))
+        edge = min((right - left) / shape[1], height / shape[0])
+        corner_x, corner_y = (left + right - shape[1] * edge) / 2, (height - shape[0] * edge) / 2
+        for texture, (row, column) in zip(maps, cells, strict=True):
+            x, y = corner_x + column * edge, corner_y + row * edge
+            picture.add_image(imgui.ImTextureRef(texture.glo), (x, y), (x + edge, y + edge))
 
 
 def _divider(state: State) -> State:

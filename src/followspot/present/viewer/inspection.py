@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import moderngl
 import numpy as np
 
+from followspot.gpu.blocks import SIDES
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.passes.sky_preview import SkyPreview
 from followspot.passes.thumbnails import Thumbnail, Thumbnails
@@ -13,6 +14,7 @@ from followspot.present.pixel import PixelReport, inspect_pixel
 from followspot.present.renderer import Renderer
 from followspot.present.viewer.asking import Asked, Found, Texel
 from followspot.present.viewer.state import Look, State
+from followspot.scene.light import CubeSide
 from followspot.scene.material import Material
 
 _PER_FRAME = 4
@@ -83,7 +85,7 @@ class Inspector:
             look = state.look_at((self._picked[0] + 0.5) / renderer.size[0])
             is_old = self._is_old(state, look, renderer.size)
         return Found(
-            key_map=renderer.shadow_map_texture() if has_maps and shows_key_map else None,
+            key_maps=_key_maps(renderer) if has_maps and shows_key_map else (),
             shadow_map=None
             if asked.shadow_map is None or not has_maps
             else renderer.shadow_map_texture(asked.shadow_map),
@@ -114,6 +116,12 @@ class Inspector:
         """Give the GL objects back."""
         self._sky.release()
         self._thumbnails.release()
+
+
+def _key_maps(renderer: Renderer) -> tuple[moderngl.Texture, ...]:
+    is_cube = isinstance(renderer.pipeline.shadow.layout.lights[0], CubeSide)
+    found = (renderer.shadow_map_texture(number) for number in range(SIDES if is_cube else 1))
+    return tuple(texture for texture in found if texture is not None)
 
 
 def _subject(state: State, look: Look, size: tuple[int, int]) -> tuple[object, ...]:

@@ -8,27 +8,31 @@ import numpy as np
 from followspot.gpu.blocks import MAX_LIGHTS, MAX_SHADOWS
 from followspot.present.viewer.state import Lamp, State
 from followspot.scene.key_light import IRRADIANCE
-from followspot.scene.light import Light, PointLight, SpotLight
+from followspot.scene.light import Light, PointLight, SpotLight, casting
 
 NEW_HALF_ANGLE = math.radians(30)
 NEW_REACH = 300.0
 """Units at which a new light is as bright as one that the program chooses."""
 
 
-def added(state: State) -> State:
-    """A spot light where the camera is, shining where it looks, selected."""
+def added(state: State, *, is_point: bool = False) -> State:
+    """A point light where the camera is, or a spot light that shines where it looks; selected."""
     if len(state.lamps) >= MAX_LIGHTS:
         return replace(state, notice=f"There can be {MAX_LIGHTS} lights.")
-    camera = state.camera
-    light = SpotLight(
-        camera.position,
-        camera.forward,
-        NEW_HALF_ANGLE,
-        np.ones(3),
-        softness=0.2,
-        casts_shadow=may_cast(state),
-        name=_free_name(state),
-    )
+    camera, name = state.camera, _free_name(state)
+    light: Light
+    if is_point:
+        light = PointLight(camera.position, np.ones(3), name=name)
+    else:
+        light = SpotLight(
+            camera.position,
+            camera.forward,
+            NEW_HALF_ANGLE,
+            np.ones(3),
+            softness=0.2,
+            casts_shadow=may_cast(state),
+            name=name,
+        )
     distance = NEW_REACH * state.scene.metres_per_unit
     light = replace(light, power=light.power * (IRRADIANCE * distance**2 / light.intensity[0]))
     return replace(state, lamps=(*state.lamps, Lamp(light)), selected=len(state.lamps))
@@ -40,9 +44,8 @@ def removed(state: State, number: int) -> State:
 
 
 def may_cast(state: State) -> bool:
-    """Whether one more light may have a shadow map."""
-    casting = [lamp for lamp in state.lamps if getattr(lamp.light, "casts_shadow", False)]
-    return len(casting) < MAX_SHADOWS
+    """Whether one more spot light may have a shadow map."""
+    return len(casting([lamp.light for lamp in state.lamps])) < MAX_SHADOWS
 
 
 def at_eye(state: State, light: Light) -> Light:

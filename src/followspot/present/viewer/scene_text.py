@@ -155,8 +155,8 @@ class Document:
                 self._put(table, "half_angle_degrees", np.degrees(light.half_angle))
             if _differs(light, before, "softness") and (light.softness > 0 or not is_new):
                 self._put(table, "softness", light.softness)
-            if _differs(light, before, "casts_shadow") and not (light.casts_shadow and is_new):
-                self._put(table, "casts_shadow", light.casts_shadow)
+        if _differs(light, before, "casts_shadow") and not (light.casts_shadow and is_new):
+            self._put(table, "casts_shadow", light.casts_shadow)
         if _differs(light, before, "power"):
             is_grey = (light.power == light.power[0]).all()
             self._put(table, "power", light.power[0] if is_grey else light.power)

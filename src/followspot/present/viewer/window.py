@@ -159,7 +159,7 @@ class Viewer:
             if isinstance(error, ShaderError):
                 self._reloader.error = error
             if self._seen is not None:  # shadow maps may have gone with the scene that was open
-                found = replace(self._seen.found, key_map=None, shadow_map=None)
+                found = replace(self._seen.found, key_maps=(), shadow_map=None)
                 self._seen = replace(self._seen, found=found)
             told = str(error).partition("\n")[0]
             self.state = replace(self._drawn, wanted=None, notice=told)

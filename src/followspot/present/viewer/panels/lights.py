@@ -24,6 +24,9 @@ def show(state: State, seen: Seen) -> State:
     state = _list(state)
     if imgui.button("Add (L)"):
         state = lamps.added(state)
+    imgui.same_line()
+    if imgui.button("Add point"):
+        state = lamps.added(state, is_point=True)
     if state.selected is None:
         imgui.same_line()
         imgui.text_disabled("Select one to change it.")
@@ -76,9 +79,13 @@ def _edited(state: State, light: Light) -> Light:
         light = replace(light, position=spaces.vec3(position))
     light = _power(light)
     if isinstance(light, SpotLight):
-        light = _cone(light, may_cast=light.casts_shadow or lamps.may_cast(state))
+        light = _cone(light)
+    has_room = isinstance(light, PointLight) or light.casts_shadow or lamps.may_cast(state)
+    imgui.begin_disabled(not has_room)
+    changed, casts = imgui.checkbox("casts shadow", light.casts_shadow)
+    imgui.end_disabled()
     imgui.pop_item_width()
-    return light
+    return replace(light, casts_shadow=casts) if changed else light
 
 
 def _power(light: Light) -> Light:
@@ -98,7 +105,7 @@ def _power(light: Light) -> Light:
     return light
 
 
-def _cone(light: SpotLight, *, may_cast: bool) -> SpotLight:
+def _cone(light: SpotLight) -> SpotLight:
     yaw, pitch = spaces.angles_from_forward(light.direction)
     changed, angles = imgui.drag_float2(
         "yaw, pitch", [yaw, pitch], 0.5, -360, 360, "%.1f°", _CLAMPED
@@ -110,9 +117,4 @@ def _cone(light: SpotLight, *, may_cast: bool) -> SpotLight:
     if changed:
         light = replace(light, half_angle=math.radians(degrees))
     changed, softness = imgui.slider_float("soft rim", light.softness, 0, 1, "%.2f", _CLAMPED)
-    if changed:
-        light = replace(light, softness=softness)
-    imgui.begin_disabled(not may_cast)
-    changed, casts = imgui.checkbox("casts shadow", light.casts_shadow)
-    imgui.end_disabled()
-    return replace(light, casts_shadow=casts) if changed else light
+    return replace(light, softness=softness) if changed else light

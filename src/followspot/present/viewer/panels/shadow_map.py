@@ -26,7 +26,7 @@ def show(state: State, seen: Seen) -> State:
     """Draw the panel."""
     lights = _shadowed(state)
     if not lights:
-        imgui.text_wrapped("No spot light casts shadows here.")
+        imgui.text_wrapped("No light casts shadows here.")
         return _settings(state)
     number = min(state.map_light, len(lights) - 1)
     names = [light.name or f"spot {k}" for k, light in enumerate(lights)]
@@ -50,7 +50,7 @@ def show(state: State, seen: Seen) -> State:
 
 
 def _shadowed(state: State) -> tuple[SpotLight, ...]:
-    """The lights with a map in the picture, or in a half of it."""
+    """What maps of the picture, or of a half of it, look into."""
     lights = state.lit.lights
     each = (lighting.shadowed(lights, look.settings(state.settings)) for look in state.looks)
     return max(each, key=len)
@@ -122,7 +122,7 @@ def _settings(state: State) -> State:
     sizes = sorted({*SIZES, now.shadow_map_size})
     names = [str(size) for size in sizes]
     changed, index = imgui.combo("texels", sizes.index(now.shadow_map_size), names)
-    imgui.set_item_tooltip("Along an edge; a light's tiles together have those of such a map")
+    imgui.set_item_tooltip("Along an edge; a spot's tiles together have those of such a map")
     if changed:
         state = state.with_settings(shadow_map_size=sizes[index])
     imgui.same_line(across / 2)
