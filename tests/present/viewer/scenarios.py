@@ -252,6 +252,7 @@ def reloading(hands: Hands) -> Iterator[None]:
 def choosing(hands: Hands) -> Iterator[None]:
     """Every key that chooses something, and what it makes of the picture."""
     yield from hands.frames(3)
+    hands.viewer.state = replace(hands.state, runs=False)  # water moves, and pictures are compared
     yield from hands.press("Tab", lambda state: not state.panels)
     seen = set()
     for number, view in reversed(list(enumerate(View, 1))):
