@@ -287,6 +287,7 @@ def choosing(hands: Hands) -> Iterator[None]:
     yield from hands.frames(3)
     assert hands.state.divider == (middle + 80) / final.shape[1]
 
+    hands.viewer.state = replace(hands.state, runs=True)
     yield from hands.press("p", lambda state: not state.runs)
     time = hands.state.time
     yield from hands.frames(3)
