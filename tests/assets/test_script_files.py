@@ -131,7 +131,10 @@ def test_known_openarena_entries() -> None:
     assert not scripts.problems  # no entry is lost
     assert len(list(scripts.values())) == len(scripts)  # now all are read
     sources = [problem.source for problem in scripts.problems]
-    assert sources == ["pak6-patch088.pk3:scripts/hotmenu.shader"]
+    assert set(sources) == {
+        "pak6-patch088.pk3:scripts/hotmenu.shader",
+        "z_oacmp-volume1-v3.pk3:scripts/akom_teleporter.shader",
+    }
 
     desert = scripts["textures/cosmo_skies/desertsky1"]
     assert desert.source == "pak6-patch088.pk3:scripts/cosmoflash.shader"

@@ -199,6 +199,7 @@ _TEXTS = st.one_of(
             [
                 *("{", "}", '"', "\n", "\r", "\t", "//", "/*", "*/", "t/a", "$lightmap", "gl_one"),
                 *("cull", "skyparms", "q3map_sun", "sort", "map", "animmap", "blendfunc"),
+                *("tcmod", "turb", "stretch", "rotate", "rgbgen", "alphagen", "wave", "sin"),
                 *("0.5", "-", "1e400"),
             ]
         ),
@@ -228,7 +229,7 @@ _NAMES = st.text("abcxyz_0123456789/.-", min_size=1, max_size=12).filter(lambda 
 _WORDS = st.text("abcXYZ09_$*().-+\\", min_size=1, max_size=8)
 _QUOTED = st.text("ab {}/*'\t\x00\xe9", min_size=1, max_size=8)
 _DIRECTIVES = st.tuples(
-    st.sampled_from(["surfaceparm", "nomipmaps", "qer_trans", "tcmod", "deformvertexes"]),
+    st.sampled_from(["surfaceparm", "nomipmaps", "qer_trans", "depthfunc", "fogparms"]),
     st.lists(_WORDS | _QUOTED, max_size=4),
 )
 _STAGES = st.lists(_DIRECTIVES, max_size=4)
@@ -331,4 +332,13 @@ def test_every_openarena_script_parses() -> None:
         ("pak6-patch085.pk3:scripts/hotmenu.shader", "line 42", blend),
         ("pak6-patch085.pk3:scripts/oanew.shader", "line 431", blend),
         ("pak6-patch088.pk3:scripts/hotmenu.shader", "line 43", blend),
+        # It takes no wave's name; the engine takes that for 0.
+        *(
+            ("z_oacmp-volume1-v3.pk3:scripts/akom_teleporter.shader", f"line {line}", f"'{turb}'")
+            for line, turb in [
+                (46, "tcmod turb sin .0 .0 .0 .0"),
+                (80, "tcmod turb sin 0 0 0 0"),
+                (89, "tcmod turb sin 0 0 0 0"),
+            ]
+        ),
     ]

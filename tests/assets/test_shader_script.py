@@ -40,12 +40,12 @@ def wrong(body: str) -> tuple[ShaderScript, AssetError]:
 
 
 def test_get_gives_the_last_and_all_gives_every_one() -> None:
-    shader = entry("cull none\nsurfaceparm a\ncull back\n{\ntcMod 1\ntcMod 2\n}")
+    shader = entry("cull none\nsurfaceparm a\ncull back\n{\ndepthFunc 1\ndepthFunc 2\n}")
     assert shader.get("cull") == Directive("cull", ("back",), 5)
     assert shader.all("cull") == (Directive("cull", ("none",), 3), Directive("cull", ("back",), 5))
     assert shader.get("cull", "surfaceparm") == shader.get("cull")
-    assert shader.get("tcmod") is None and shader.all("tcmod") == ()
-    assert shader.stages[0].get("tcmod") == Directive("tcmod", ("2",), 8)
+    assert shader.get("depthfunc") is None and shader.all("depthfunc") == ()
+    assert shader.stages[0].get("depthfunc") == Directive("depthfunc", ("2",), 8)
     assert [item.args for item in shader.stages[0].directives] == [("1",), ("2",)]
 
 
@@ -204,7 +204,7 @@ def test_alpha_tests(test: AlphaTest) -> None:
     assert stage(f"alphaFunc {test.name}").alpha_test is test
 
 
-def test_generators_and_texture_coordinate_changes() -> None:
+def test_where_texture_coordinates_come_from() -> None:
     lines = "map $lightmap\nrgbGen Wave Sin 0 1 0 .5\ntcMod scroll 0 1\ntexGen environment"
     assert stage(lines).tc_gen == ("environment",)
     assert stage("map $lightmap").tc_gen == ("lightmap",)

@@ -125,7 +125,7 @@ def test_a_change_shows_in_views_old_and_new(
     [
         ("surface.frag", "vec3 n = normalize(world_normal);"),
         ("common/light.glsl", "vec3 l = light_position[i].xyz - p;"),
-        ("surface.vert", "texcoord = in_texcoord;"),
+        ("surface.vert", "texcoord = base_texcoord();"),
         ("sky.frag", "void main() {"),
         ("shadow.vert", "gl_Position = clip_from_world * vertex_in_world();"),
         ("common/object.glsl", "return in_normal;"),
@@ -232,7 +232,7 @@ def test_a_shader_may_leave_uniforms_and_vertices_unused(
     after = picture()
     assert (after != before).any()
     edit("shadow.vert", "clip_from_world * vertex_in_world();", "vec4(0.0);")
-    edit("surface.vert", "gl_Position = clip_from_world * world;", "gl_Position = vec4(0.0);")
+    edit("surface.vert", "clip_from_world * vec4(drawn_at(world.xyz), 1.0);", "vec4(0.0);")
     assert pipeline.reload() is None
     assert len(np.unique(picture().reshape(-1, 3), axis=0)) == 1  # only the sky
 

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from followspot.assets.bsp import LUMPS
+from followspot.assets.shader_motion import Rotate, Scale, Scroll, Shape, Wave
 from followspot.assets.shader_parser import find_entries
 from followspot.assets.shader_script import ShaderScript
 from followspot.assets.shader_values import AlphaTest, Sides
 from followspot.assets.shader_values import BlendFactor as Factor
 from followspot.scene.material import Material, Shade, from_script, is_drawn
+from followspot.scene.motion import Motion
 from synthetic import open_bsp
 
 WALL = Material("s", "wall")
@@ -39,8 +41,8 @@ def made(*stages: str, general: str = "") -> Material:
         ("map wall", "map glow; blendFunc add"),
         ("map env; tcGen environment", "map wall; blendFunc blend"),
         ("map env; tcGen environment", "map wall; blendFunc add"),
-        ("map wall; tcMod scroll 0 1", "map env; tcGen environment; blendFunc blend"),
-        ("map wall; tcMod scroll 0 1", "map glow; blendFunc add"),
+        ("map wall; tcMod scroll 0 0", "map env; tcGen environment; blendFunc blend"),
+        ("map wall; tcMod scale 1 1", "map glow; blendFunc add; tcMod scroll 0 1"),
     ],
 )
 def test_the_base_image_is_the_surface_and_not_what_plays_on_it(stages: tuple[str, ...]) -> None:
@@ -74,7 +76,7 @@ def test_blended_surfaces(
     [
         ("map wall", "map lamps; blendFunc blend"),
         ("map wall", "map lamps; blendFunc blend", "map $lightmap; blendFunc filter"),
-        ("map wall; tcMod scroll 0 1", "map glow; blendFunc add", "map lamps; blendFunc blend"),
+        ("map wall", "map glow; blendFunc add; tcMod scroll 1 0", "map lamps; blendFunc blend"),
         ("map wall", "map env; tcGen environment; blendFunc blend", "map lamps; blendFunc blend"),
         ("map wall", "map $lightmap; blendFunc blend", "map lamps; blendFunc blend"),
         ("map wall", "map lamps; blendFunc blend; alphaGen identity", "map sign; blendFunc blend"),
@@ -94,6 +96,42 @@ def test_vertices_alpha_lays_an_image_over_terrain() -> None:
     assert cut_out == replace(WALL, alpha_test=AlphaTest.GE128)
     missing = from_script("s", script("map wall", rock), {"wall": "wall"}.get)
     assert missing == WALL
+
+
+def test_base_and_layer_move_each_by_its_own_directives() -> None:
+    base = "map wall; tcMod rotate 10; tcMod scroll 0 1"
+    layer = "animMap 4 a b c; blendFunc blend; alphaFunc GE128; tcMod scale 7 7"
+    material = made(base, layer)
+    assert material == replace(
+        WALL,
+        layer="a",
+        layer_alpha_test=AlphaTest.GE128,
+        motion=Motion((Rotate(10), Scroll(0, 1))),
+        layer_motion=Motion((Scale(7, 7),), frames=("a", "b", "c"), rate=4),
+    )
+    assert material.images == ("wall", "a", "b", "c")
+    assert material.moves and not WALL.moves
+
+
+def test_images_that_are_not_there_are_left_out_of_an_animation() -> None:
+    def found(stage: str, *names: str) -> Material:
+        return from_script("s", script(stage), {name: name for name in names}.get)
+
+    flame = found("animMap 10 a b c", "a", "c")
+    assert (flame.image, flame.motion.frames) == ("a", ("a", "a", "c"))
+    assert found("animMap 10 a b c", "b") == Material("s")
+    for still in ("animMap 10 a", "animMap 0 a b", "map a b"):
+        assert found(still, "a", "b") == Material("s", "a")
+
+
+def test_what_is_blended_pulses_unless_its_images_follow_each_other() -> None:
+    wave = "rgbGen wave sin .5 .5 0 2; alphaGen wave square 0 1 .5 1"
+    color, alpha = Wave(Shape.SIN, 0.5, 0.5, 0, 2), Wave(Shape.SQUARE, 0, 1, 0.5, 1)
+    assert made(f"map wall; blendFunc add; {wave}").motion == Motion(color=color, alpha=alpha)
+    assert made(f"map wall; {wave}") == WALL
+    assert made("map wall", f"map lamps; blendFunc blend; {wave}") == WALL
+    fire = made(f"animMap 10 wall b; blendFunc add; {wave}")
+    assert fire.motion == Motion(frames=("wall", "b"), rate=10)
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from followspot.assets.bsp import LUMPS
 from followspot.errors import AssetError
 from followspot.present.inspect import inspect
 from followspot.scene import bsp_tree, scene_file
+from followspot.scene.deform import RIGID
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
 from followspot.scene.level import Level
@@ -273,8 +274,9 @@ def require_whole(level: Level) -> None:
     orders = [m.order for m in level.materials]
     assert orders == sorted(orders)
     runs = mesh.vertices["position"], mesh.indices, first
+    is_rigid = np.array([m.deforms == RIGID for m in level.materials])[mesh.faces["material"]]
     for name, value in zip(("mins", "maxs"), face_boxes(*runs), strict=True):
-        assert (mesh.faces[name] == value).all()
+        assert (mesh.faces[name] == value)[is_rigid].all()
     own = level.visibility.level_face < 0
     normal, _ = face_planes(*runs)
     assert (mesh.faces["normal"][own] == normal[own]).all()

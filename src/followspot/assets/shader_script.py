@@ -9,6 +9,17 @@ makes the records. Their semantics are those of ioquake3's ``code/renderergl1/tr
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from followspot.assets.shader_deform import DEFORM_READERS, Deform, read_deform
+from followspot.assets.shader_motion import (
+    MAX_TC_MODS,
+    MOTION_READERS,
+    TcMod,
+    Wave,
+    read_alpha_wave,
+    read_color_wave,
+    read_frame_rate,
+    read_tc_mod,
+)
 from followspot.assets.shader_values import (
     GENERAL_READERS,
     STAGE_READERS,
@@ -64,6 +75,13 @@ class Stage:
         return read_images(image, []) if image else ()
 
     @property
+    def frame_rate(self) -> float:
+        """How many of the images are shown in a second, one after the other."""
+        image = self.get("map", "clampmap", "animmap")
+        is_animated = image is not None and image.name == "animmap"
+        return read_frame_rate(image, []) if is_animated and image else 0.0
+
+    @property
     def clamps(self) -> bool:
         """Whether the image's edge goes on for ever (``clampMap``), instead of its repeating."""
         image = self.get("map", "clampmap", "animmap")
@@ -102,6 +120,24 @@ class Stage:
         words = read_tc_gen(tc_gen, []) if tc_gen else ()
         return words or (("lightmap",) if self.image == "$lightmap" else ("texture",))
 
+    @property
+    def tc_mods(self) -> tuple[TcMod, ...]:
+        """What moves the texture coordinates, in this order; what moves nothing is left out."""
+        mods = [item for item in self.directives if item.name == "tcmod"][:MAX_TC_MODS]
+        return tuple(mod for mod in (read_tc_mod(each, []) for each in mods) if mod is not None)
+
+    @property
+    def color_wave(self) -> Wave | None:
+        """What colours are multiplied by, if that changes with time."""
+        rgb_gen = self.get("rgbgen")
+        return read_color_wave(rgb_gen, []) if rgb_gen else None
+
+    @property
+    def alpha_wave(self) -> Wave | None:
+        """What alpha is multiplied by, likewise."""
+        alpha_gen = self.get("alphagen")
+        return read_alpha_wave(alpha_gen, []) if alpha_gen else None
+
 
 @dataclass(frozen=True, slots=True)
 class ShaderScript:
@@ -132,9 +168,11 @@ class ShaderScript:
     @property
     def problems(self) -> tuple[AssetError, ...]:
         """Directives whose arguments the engine does not know; the properties replace them."""
-        problems = _wrong_arguments(self.directives, GENERAL_READERS, self.source)
+        problems = _wrong_arguments(self.directives, GENERAL_READERS | DEFORM_READERS, self.source)
         for stage in self.stages:
-            problems += _wrong_arguments(stage.directives, STAGE_READERS, self.source)
+            problems += _wrong_arguments(
+                stage.directives, STAGE_READERS | MOTION_READERS, self.source
+            )
         return tuple(problems)
 
     @property
@@ -159,6 +197,12 @@ class ShaderScript:
         """The last sun of the entry, as in the engine; q3map2 bakes the light of all of them."""
         sun = self.get("q3map_sun", "q3map_sunext", "sun")
         return read_sun(sun, []) if sun else None
+
+    @property
+    def deforms(self) -> tuple[Deform, ...]:
+        """How vertices move."""
+        read = (read_deform(each, []) for each in self.all("deformvertexes"))
+        return tuple(deform for deform in read if deform is not None)
 
     @property
     def is_polygonoffset(self) -> bool:

@@ -137,10 +137,6 @@ _NOT_TARGETS = {
 }
 _SOURCES = {factor.value: factor for factor in BlendFactor if factor not in _NOT_SOURCES}
 _TARGETS = {factor.value: factor for factor in BlendFactor if factor not in _NOT_TARGETS}
-_RGB_GENS = (
-    *("wave", "const", "identity", "identitylighting", "lightingdiffuse", "entity"),
-    *("oneminusentity", "vertex", "exactvertex", "oneminusvertex"),
-)
 _TC_GENS = ("environment", "lightmap", "texture", "base", "vector")
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -236,17 +232,13 @@ def read_alpha_test(test: Directive, wrong: list[str]) -> AlphaTest | None:
         return None
 
 
-def check_rgb_gen(rgb_gen: Directive, wrong: list[str]) -> None:
-    """``rgbGen``, whose colours nothing here asks for."""
-    _known_words(rgb_gen, _RGB_GENS, wrong)
-
-
 def read_tc_gen(tc_gen: Directive, wrong: list[str]) -> tuple[str, ...]:
     """Arguments of ``tcGen`` in lower case, empty where the engine does not know them."""
-    return _known_words(tc_gen, _TC_GENS, wrong)
+    return known_words(tc_gen, _TC_GENS, wrong)
 
 
-def _known_words(directive: Directive, known: Sequence[str], wrong: list[str]) -> tuple[str, ...]:
+def known_words(directive: Directive, known: Sequence[str], wrong: list[str]) -> tuple[str, ...]:
+    """A directive's words in lower case, none where the first one is not a known one."""
     if directive.word not in known:
         wrong.append("one of " + ", ".join(known))
         return ()
@@ -268,11 +260,10 @@ GENERAL_READERS: dict[str, Reader] = {
 STAGE_READERS: dict[str, Reader] = {
     "map": read_images,
     "clampmap": read_images,
-    "animmap": read_images,
     "blendfunc": read_blend,
     "alphafunc": read_alpha_test,
-    "rgbgen": check_rgb_gen,
     "tcgen": read_tc_gen,
     "texgen": read_tc_gen,
 }
-"""Readers of the directives inside stages whose arguments are checked."""
+"""Readers of the directives inside stages whose arguments are checked, but for those of
+`shader_motion`."""

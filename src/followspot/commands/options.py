@@ -107,5 +107,6 @@ ItemsOption = Annotated[
     bool, typer.Option("--items", help="Show the level's pick-ups, turning and bobbing.")
 ]
 TimeOption = Annotated[
-    float, typer.Option("--time", metavar="SECONDS", help="When: characters move by it.")
+    float,
+    typer.Option("--time", metavar="SECONDS", help="When: characters and surfaces move by it."),
 ]

@@ -30,6 +30,16 @@ def _reading_layer(material: Material) -> _Reading:
     return _Reading(material.layer, clamps=False, uses_alpha=True)
 
 
+def _frames(material: Material) -> list[_Reading]:
+    """Those that its base image turns into, the first one first; none where it is always one."""
+    return [_reading(material)._replace(image=image) for image in material.motion.frames]
+
+
+def _layer_frames(material: Material) -> list[_Reading]:
+    own = _reading_layer(material)
+    return [own._replace(image=image) for image in material.layer_motion.frames]
+
+
 class GpuScene:
     """Everything that stays the same from frame to frame, uploaded once.
 
@@ -37,6 +47,7 @@ class GpuScene:
         scene: What was uploaded.
         vertices: The mesh's vertices, one buffer.
         tints: The mesh's tints, where it has any.
+        sprites: What its sprites turn about, where it has any.
         frame_block: Uniform buffer for one `blocks.FRAME`.
         frame_block_holds: What it was last filled from; whoever fills it compares.
         crowd: The characters' figures.
@@ -57,6 +68,8 @@ class GpuScene:
         self.vertices = context.buffer(scene.mesh.vertices.tobytes() or bytes(32))
         tints = scene.mesh.tints
         self.tints = None if tints is None else context.buffer(tints.tobytes())
+        sprites = scene.mesh.sprites
+        self.sprites = None if sprites is None else context.buffer(sprites.tobytes())
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
         self.frame_block_holds: object = None
         self._white = textures.upload(context, np.full((1, 1, 4), 255, np.uint8))
@@ -64,7 +77,8 @@ class GpuScene:
         self._shown_as: dict[_Reading, _Reading] = {}
         wanted: dict[str | None, set[_Reading]] = {}
         for material in (*scene.materials, *scene.crowd.materials):
-            for reading in (_reading(material), _reading_layer(material)):
+            own = _reading(material), _reading_layer(material)
+            for reading in (*own, *_frames(material), *_layer_frames(material)):
                 wanted.setdefault(reading.image, set()).add(reading)
         images = scene.images
         for number, image in decode_all(scene.archive, images):
@@ -73,12 +87,12 @@ class GpuScene:
                 continue
             for reading in wanted.pop(images[number], ()):
                 # Without alpha, those who would read it share the texture of those who do not.
-                own = reading._replace(uses_alpha=reading.uses_alpha and image.has_alpha)
-                if own not in self._images:
-                    self._images[own] = textures.upload(
-                        context, image.pixels, with_alpha=own.uses_alpha, clamps=own.clamps
+                shown = reading._replace(uses_alpha=reading.uses_alpha and image.has_alpha)
+                if shown not in self._images:
+                    self._images[shown] = textures.upload(
+                        context, image.pixels, with_alpha=shown.uses_alpha, clamps=shown.clamps
                     )
-                self._shown_as[reading] = own
+                self._shown_as[reading] = shown
         self.sky = textures.upload_cube(context, scene.sky)
 
     def image_of(self, material: Material) -> moderngl.Texture:
@@ -88,6 +102,14 @@ class GpuScene:
     def layer_of(self, material: Material) -> moderngl.Texture | None:
         """What is laid over a material's base image, if anything is."""
         return None if material.layer is None else self._texture(_reading_layer(material))
+
+    def frames_of(self, material: Material) -> list[moderngl.Texture]:
+        """The images that a material's base shows one after the other, if there are several."""
+        return [self._texture(reading) for reading in _frames(material)]
+
+    def layer_frames_of(self, material: Material) -> list[moderngl.Texture]:
+        """The images that its layer shows, likewise."""
+        return [self._texture(reading) for reading in _layer_frames(material)]
 
     def _texture(self, wanted: _Reading) -> moderngl.Texture:
         reading = self._shown_as.get(wanted)
@@ -104,6 +126,7 @@ class GpuScene:
         """Give the GL objects back."""
         for texture in (*self._images.values(), self._white):
             texture.release()
-        for thing in (self.vertices, self.tints, self.frame_block, self.sky, self.crowd):
+        buffers = self.vertices, self.tints, self.sprites, self.frame_block
+        for thing in (*buffers, self.sky, self.crowd):
             if thing is not None:
                 thing.release()

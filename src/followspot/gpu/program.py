@@ -131,14 +131,16 @@ def expand(
 
 
 def set_uniform(
-    program: moderngl.Program, name: str, value: float | tuple[float, ...] | NDArray[np.float32]
+    program: moderngl.Program,
+    name: str,
+    value: float | tuple[float, ...] | NDArray[np.float32] | bytes,
 ) -> None:
     """Set a uniform, unless the shader does not use it: it may be one that is being edited."""
-    if name not in program:
+    uniform: object = program.get(name, None)  # `in` would look through all of them
+    if uniform is None:
         return
-    uniform = program[name]
     assert isinstance(uniform, moderngl.Uniform), uniform
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray | bytes):
         uniform.write(value)
     else:
         uniform.value = value

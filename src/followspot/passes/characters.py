@@ -25,6 +25,7 @@ from followspot.passes.materials import (
     set_state,
     variant_of,
 )
+from followspot.passes.motion import Mover
 from followspot.passes.programs import BASE_IMAGE, KEY_POSES, LAYER_IMAGE, Shader, SurfacePrograms
 from followspot.passes.shadow_extent import Extents
 from followspot.passes.shadow_tiles import Tile
@@ -47,6 +48,7 @@ class _Draw(NamedTuple):
     variant: Variant
     image: moderngl.Texture
     layer: moderngl.Texture | None
+    mover: Mover | None
 
 
 class _Choice(NamedTuple):
@@ -94,12 +96,14 @@ class CharacterPass:
         self._casting: list[_Choice] = []
         self._uploaded: _Choice | None = None
         self._covering: list[Extents] = []
+        self._seconds = 0.0
         self.seen = 0
 
     def _draw_of(self, figure: int, run: Run) -> _Draw:
-        image = self._gpu_scene.image_of(run.material)
-        variant = variant_of(run.material, is_smoothed=False)
-        return _Draw(figure, run, variant, image, self._gpu_scene.layer_of(run.material))
+        material, of = run.material, self._gpu_scene
+        variant = variant_of(material, is_smoothed=False)
+        mover = Mover(material, variant, of) if material.moves else None
+        return _Draw(figure, run, variant, of.image_of(material), of.layer_of(material), mover)
 
     def _arrays(self, of: moderngl.Program) -> list[moderngl.VertexArray]:
         """A vertex array for each figure."""
@@ -134,7 +138,7 @@ class CharacterPass:
         wanted = (seconds, viewpoint, frusta, may_be_seen is None)
         if wanted == self._updated:
             return False
-        crowd = self._crowd
+        crowd, self._seconds = self._crowd, seconds
         places = crowd.places(seconds)
 
         def within(matrix: Mat4) -> Mask:
@@ -217,7 +221,10 @@ class CharacterPass:
             draw.image.use(BASE_IMAGE)
             if draw.layer is not None:
                 draw.layer.use(LAYER_IMAGE)
-            self._render(draw, self.programs.chosen[draw.variant], count)
+            shader = self.programs.chosen[draw.variant]
+            if draw.mover is not None:
+                draw.mover.set(shader.program, self._seconds)
+            self._render(draw, shader, count)
         self._context.polygon_offset = 0.0, 0.0
 
     def draw_casters(self, number: int, clip_from_world: Mat4, cull: CullFace) -> None:

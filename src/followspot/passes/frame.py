@@ -48,7 +48,7 @@ class FrameInput:
         settings: The switches.
         exposure: Display value per radiance.
         view: The stage to draw.
-        time: Seconds, by which characters move.
+        time: Seconds, by which characters and surfaces move.
         overlays: What is drawn over the picture, where that is displayed.
         culled_from: A camera that decides in place of `camera` what is drawn and what shadow maps
             cover, so that one can fly on and see what is left out.
@@ -213,7 +213,7 @@ class FramePipeline:
         with timed("clear"):
             self._begin(target, frame.view, part)
         with timed("surfaces"):
-            self._surfaces.draw_opaque(visible.opaque)
+            self._surfaces.draw_opaque(visible.opaque, frame.time)
         if self._characters.seen:
             self._flush()  # a software rasteriser shades the level while it sets characters up
         with timed("characters"):
@@ -224,7 +224,7 @@ class FramePipeline:
                 self._sky.draw(encoded=encoded)
         with timed("blended"):
             encode_srgb(self._context, encoded)  # for GL to blend linear light
-            self._surfaces.draw_blended(blended, visible.opaque)
+            self._surfaces.draw_blended(blended, visible.opaque, frame.time)
             if with_blended:
                 self._characters.draw_blended()
         with timed("overlay"):

@@ -21,25 +21,39 @@ class Variant(NamedTuple):
     layered: bool
     fades: bool
     smoothed: bool
+    moves: bool
+    sways: bool
+    layer_apart: bool
+    layer_sways: bool
+    layer_test: AlphaTest | None
+    pulses: bool
+    displaced: bool
+    swells: bool
+    sprite: bool
 
     @property
     def defines(self) -> dict[str, int | str]:
-        """Macros of surface.frag."""
-        macros: dict[str, int | str] = {}
-        if self.cut_out:
-            macros["ALPHA_TEST"] = 1
-        if self.two_sided:
-            macros["SIDES_BOTH"] = 1
-        if self.blended:
-            macros["BLENDED"] = 1
-        if self.tinted:
-            macros["TINTED"] = 1
-        if self.layered:
-            macros["LAYERED"] = 1
-        if self.fades:
-            macros["FADES"] = 1
-        if self.smoothed:
-            macros["SMOOTHED"] = 1
+        """Macros of surface.vert and surface.frag."""
+        switches = {
+            "ALPHA_TEST": self.cut_out,
+            "SIDES_BOTH": self.two_sided,
+            "BLENDED": self.blended,
+            "TINTED": self.tinted,
+            "LAYERED": self.layered,
+            "FADES": self.fades,
+            "SMOOTHED": self.smoothed,
+            "MOVES": self.moves,
+            "SWAYS": self.sways,
+            "LAYER_APART": self.layer_apart,
+            "LAYER_SWAYS": self.layer_sways,
+            "PULSES": self.pulses,
+            "DISPLACED": self.displaced,
+            "SWELLS": self.swells,
+            "SPRITE": self.sprite,
+        }
+        macros: dict[str, int | str] = {name: 1 for name, is_on in switches.items() if is_on}
+        if self.layer_test is not None:
+            macros["LAYER_TEST"] = "vec2({}, {})".format(*_ALPHA_TESTS[self.layer_test])
         if self.shade is not Shade.LIT:
             macros[self.shade.name] = 1
         return macros
@@ -52,6 +66,9 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material: What to draw.
         is_smoothed: Whether normals are far from those of many triangles; see `Mesh.is_smoothed`.
     """
+    motion, layer_motion = material.motion, material.layer_motion
+    is_layered = material.layer is not None
+    layer_apart = is_layered and motion.tc_mods != layer_motion.tc_mods
     has_own_shadow = material.sides is Sides.FRONT and material.shade is Shade.LIT
     return Variant(
         material.alpha_test is not None,
@@ -59,9 +76,18 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material.blend is not None,
         material.shade,
         material.is_tinted,
-        material.layer is not None,
+        is_layered,
         material.fades,
         is_smoothed and has_own_shadow and material.blend is None,
+        bool(motion.tc_mods),
+        motion.is_turbulent,
+        layer_apart,
+        layer_apart and layer_motion.is_turbulent,
+        material.layer_alpha_test,
+        motion.pulses,
+        bool(material.deforms.moves),
+        material.deforms.swell is not None,
+        material.deforms.sprite is not None,
     )
 
 

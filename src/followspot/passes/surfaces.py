@@ -9,6 +9,7 @@ from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
 from followspot.passes.materials import Variant, alpha_test_vector, set_state, variant_of
+from followspot.passes.motion import Mover
 from followspot.passes.programs import BASE_IMAGE, LAYER_IMAGE, Shader, SurfacePrograms
 from followspot.scene.material import Material
 
@@ -21,6 +22,7 @@ class _Look(NamedTuple):
     variant: Variant
     image: moderngl.Texture
     layer: moderngl.Texture | None
+    mover: Mover | None
 
 
 class SurfacePass:
@@ -36,19 +38,19 @@ class SurfacePass:
         materials = gpu_scene.scene.materials
         smoothed = gpu_scene.scene.mesh.is_smoothed(len(materials)).tolist()
         self._looks = [
-            _Look(
-                material,
-                material.state,
-                variant_of(material, is_smoothed=is_smoothed),
-                gpu_scene.image_of(material),
-                gpu_scene.layer_of(material),
-            )
+            self._look(material, variant_of(material, is_smoothed=is_smoothed))
             for material, is_smoothed in zip(materials, smoothed, strict=True)
         ]
         variants = {look.variant for look in self._looks}
         self.programs = SurfacePrograms(context, folder, variants, self._array)
         self._chosen: object = None
         self._shaders: list[Shader] = []
+
+    def _look(self, material: Material, variant: Variant) -> _Look:
+        of = self._gpu_scene
+        mover = Mover(material, variant, of) if material.moves else None
+        image, layer = of.image_of(material), of.layer_of(material)
+        return _Look(material, material.state, variant, image, layer, mover)
 
     def _array(self, surface: moderngl.Program) -> list[moderngl.VertexArray]:
         """The level's one vertex array for a program, which need not look at all of a vertex."""
@@ -57,6 +59,8 @@ class SurfacePass:
         ]
         if self._gpu_scene.tints is not None:
             content.append((self._gpu_scene.tints, "4f", "in_tint"))
+        if self._gpu_scene.sprites is not None:
+            content.append((self._gpu_scene.sprites, "4f 3f 4x", "in_pivot", "in_axis"))
         return [self._context.vertex_array(surface, content, self._indices, skip_errors=True)]
 
     def upload(self, opaque: DrawList, blended: DrawList) -> None:
@@ -64,19 +68,19 @@ class SurfacePass:
         self._indices.write(opaque.indices)
         self._indices.write(blended.indices, offset=opaque.indices.nbytes)
 
-    def draw_opaque(self, faces: DrawList) -> None:
-        """Draw solid and cut-out faces with depth test and writes."""
+    def draw_opaque(self, faces: DrawList, seconds: float) -> None:
+        """Draw solid and cut-out faces as they are at a time, with depth test and writes."""
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         self._context.depth_func = "<"
-        self._draw(faces.batches, 0)
+        self._draw(faces.batches, 0, seconds)
 
-    def draw_blended(self, faces: DrawList, opaque: DrawList) -> None:
+    def draw_blended(self, faces: DrawList, opaque: DrawList, seconds: float) -> None:
         """Draw blended faces, already sorted back to front, into what stands there."""
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
         self._context.depth_func = "<="
-        self._draw(faces.batches, len(opaque.indices))
+        self._draw(faces.batches, len(opaque.indices), seconds)
 
-    def _draw(self, batches: tuple[Batch, ...], base: int) -> None:
+    def _draw(self, batches: tuple[Batch, ...], base: int, seconds: float) -> None:
         """Draw batches, changing only the state in which neighbours differ."""
         chosen, state = self.programs.chosen, None
         if chosen is not self._chosen:
@@ -93,6 +97,8 @@ class SurfacePass:
             look.image.use(BASE_IMAGE)
             if look.layer is not None:
                 look.layer.use(LAYER_IMAGE)
+            if look.mover is not None:
+                look.mover.set(shader.program, seconds)
             shader.arrays[0].render(vertices=batch.count, first=base + batch.first)
         self._context.polygon_offset = 0.0, 0.0
 

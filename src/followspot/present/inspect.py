@@ -91,5 +91,6 @@ def _material(scene: Scene, number: int) -> dict[str, Any]:
         "blend": material.blend and [factor.value for factor in material.blend],
         "shade": material.shade.value,
         "tinted": material.is_tinted,
+        "moves": material.moves,
         "triangles": int(faces["index_count"].sum()) // 3,
     }

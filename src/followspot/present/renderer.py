@@ -121,7 +121,7 @@ class Renderer:
             camera: A camera, the name of one of the scene's, or none for where the scene starts.
             views: Stages, as `View` or by its value: ``"normals"``; one alone will do.
             settings: In place of the scene's own.
-            time: Seconds since the start, by which characters move.
+            time: Seconds since the start, by which characters and surfaces move.
             linear: Whether values come as they are instead of as displayed.
             overlays: What to draw over displayed pictures, as `Overlay` or by value: ``"boxes"``.
             culled_from: Another camera, which decides what is drawn and what shadow maps cover.

@@ -19,6 +19,7 @@ from followspot.assets.player import DEFAULT_SKIN, load_player, parse_skin
 from followspot.assets.shader_script import ShaderScript
 from followspot.errors import AssetError
 from followspot.scene import figure, material
+from followspot.scene.deform import RIGID
 from followspot.scene.figure import WHITE, Figure
 from followspot.scene.material import Material
 
@@ -111,7 +112,8 @@ class FigureFiles:
             return found
 
         made = material.from_script(name, self._find_script(name), find)
-        return replace(made, fades=False)  # vertices of models have no alpha
+        # Vertices of models have no alpha, and move by their frames alone.
+        return replace(made, fades=False, deforms=RIGID)
 
     def _md2_skin(self, entry: str, model: Md2Model, skin: str | None) -> Material:
         """The skin of a name, or the first one there is: as the file names them, or beside it."""

@@ -11,7 +11,7 @@ from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.entities import entity_vector, model_number
 from followspot.assets.shader_script import ShaderScript
-from followspot.scene import bsp_tree, material, patch
+from followspot.scene import bsp_tree, deform, material, patch
 from followspot.scene.material import FindImage, Material
 from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
 
@@ -120,6 +120,7 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     materials = tuple(found[number] for number in order)
     fades = any(each.fades for each in materials)
     mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]], tinted=fades)
+    mesh = deform.deformed(mesh, [each.deforms for each in materials])
 
     visibility = Visibility(bsp, level_face, _seen_from_everywhere(bsp))
     return Level(bsp, mesh, materials, visibility)

@@ -13,6 +13,8 @@ from followspot.assets.bsp import BspFile
 from followspot.assets.shader_script import ShaderScript, Stage
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.assets.surface_flags import Surface
+from followspot.scene.deform import RIGID, Deforms
+from followspot.scene.motion import STILL, Motion
 
 Blend = tuple[BlendFactor, BlendFactor]
 
@@ -66,6 +68,10 @@ class Material:
         layer: Path of an image that is laid over the base one as its own alpha says.
         fades: Whether the alpha of the mesh's tints says so, too: terrain that passes from one
             ground into another.
+        layer_alpha_test: Which of the layer's texels are laid over it at all.
+        motion: What the base image does as time goes by.
+        layer_motion: What the layer's does.
+        deforms: What vertices do.
     """
 
     name: str
@@ -80,6 +86,10 @@ class Material:
     is_tinted: bool = False
     layer: str | None = None
     fades: bool = False
+    layer_alpha_test: AlphaTest | None = None
+    motion: Motion = STILL
+    layer_motion: Motion = STILL
+    deforms: Deforms = RIGID
 
     @property
     def state(self) -> tuple[object, ...]:
@@ -94,9 +104,14 @@ class Material:
         return self.blend is not None, self.alpha_test is not None, *state, *images
 
     @property
-    def images(self) -> tuple[str | None, str | None]:
-        """The base image and the layer's."""
-        return self.image, self.layer
+    def images(self) -> tuple[str | None, ...]:
+        """The base image and the layer's, then those that follow them in time."""
+        return self.image, self.layer, *self.motion.frames[1:], *self.layer_motion.frames[1:]
+
+    @property
+    def moves(self) -> bool:
+        """Whether time or the camera's angles matter to it."""
+        return (self.motion, self.layer_motion, self.deforms) != (STILL, STILL, RIGID)
 
     @property
     def uses_alpha(self) -> bool:
@@ -143,11 +158,12 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
     is_blended = first.blend is not None and (alpha_test is None or first.blend == _BRIGHTENS)
     blend = (stage.blend or first.blend) if is_blended else None
     over = None if is_blended or alpha_test else _layer(script, stage)
-    layer = None if over is None or over.image is None else find_image(over.image)
-    assert stage.image is not None, script
+    image, motion = _shown(stage, find_image, pulses=blend is not None)
+    layer, layer_motion = (None, STILL) if over is None else _shown(over, find_image)
+    over = None if layer is None else over
     return Material(
         name,
-        find_image(stage.image),
+        image,
         sides=script.cull,
         alpha_test=alpha_test,
         blend=blend,
@@ -155,8 +171,31 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
         clamps=stage.clamps,
         polygon_offset=script.is_polygonoffset,
         layer=layer,
-        fades=layer is not None and over is not None and over.alpha_gen == "vertex",
+        fades=over is not None and over.alpha_gen == "vertex",
+        layer_alpha_test=None if over is None else over.alpha_test,
+        motion=motion,
+        layer_motion=layer_motion,
+        deforms=Deforms.of(script.deforms),
     )
+
+
+def _shown(
+    stage: Stage, find_image: FindImage, *, pulses: bool = False
+) -> tuple[str | None, Motion]:
+    """A stage's (first) image, and what it does; nothing where there is none.
+
+    Stages whose images follow each other pulse to fade into one another, two and two. One of the
+    two is drawn: it stays as bright as both.
+    """
+    first, *others = stage.images
+    image = find_image(first)
+    if image is None:
+        return None, STILL
+    frames = image, *(find_image(name) or image for name in others)
+    if len(frames) > 1 and stage.frame_rate != 0:
+        return image, Motion(stage.tc_mods, frames, stage.frame_rate)
+    waves = (stage.color_wave, stage.alpha_wave) if pulses else (None, None)
+    return image, Motion(stage.tc_mods, (), 0.0, *waves)
 
 
 def _base_stage(script: ShaderScript) -> Stage | None:

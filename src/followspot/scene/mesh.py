@@ -47,12 +47,16 @@ class Mesh:
         faces: (f,) of FACE, sorted by material, so that a material is one run of indices.
         tints: (v, 4) float32 RGBA, linear, that texels of tinted materials are multiplied by, and
             whose alpha lays the layers of others over; none where no material has either.
+        sprites: (v, 8) float32 of vertices that turn to the camera: the place in units that they
+            turn about, units from there, and the axis that they turn about, or none for those that
+            keep to the picture's plane; 0 of all others. None where there are none.
     """
 
     vertices: NDArray[np.void]
     indices: NDArray[np.uint32]
     faces: NDArray[np.void]
     tints: NDArray[np.float32] | None = None
+    sprites: NDArray[np.float32] | None = None
 
     @property
     def triangle_count(self) -> int:

@@ -53,7 +53,7 @@ def with_props(level: Level, props: Sequence[Prop]) -> Level:
     faces = faces[order]
     indices = indices[run_members(faces["first_index"], faces["index_count"])]
     faces["first_index"] = np.cumsum(faces["index_count"]) - faces["index_count"]
-    joined = Mesh(vertices, indices, faces, _tints(mesh, surfaces))
+    joined = Mesh(vertices, indices, faces, _tints(mesh, surfaces), _sprites(mesh, len(vertices)))
     return Level(level.bsp, joined, tuple(materials), _visibility(level, joined, order))
 
 
@@ -68,6 +68,13 @@ def _tints(mesh: Mesh, surfaces: Sequence[PropSurface]) -> NDArray[np.float32] |
             for count, tints in zip(counts, given, strict=True)
         ]
     )
+
+
+def _sprites(mesh: Mesh, vertices: int) -> NDArray[np.float32] | None:
+    """The level's, of a mesh with so many vertices: props turn to nobody."""
+    if mesh.sprites is None:
+        return None
+    return np.pad(mesh.sprites, ((0, vertices - len(mesh.vertices)), (0, 0)))
 
 
 def _visibility(level: Level, mesh: Mesh, order: Ints) -> Visibility:

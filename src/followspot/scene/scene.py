@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +91,12 @@ class Scene:
         """Paths in the archive of all images that materials have, each once."""
         worn = (image for m in (*self.materials, *self.crowd.materials) for image in m.images)
         return tuple(dict.fromkeys(image for image in worn if image is not None))
+
+    @cached_property
+    def moves(self) -> bool:
+        """Whether pictures of it follow the time."""
+        worn = (*self.materials, *self.crowd.materials)
+        return len(self.crowd) > 0 or any(material.moves for material in worn)
 
     @property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -13,9 +13,17 @@ uniform sampler2D base_image;          // linear light; a is coverage
 uniform sampler2D layer_image;         // likewise, laid over that
 uniform sampler2DShadow shadow_atlas;  // depth from the lights, compared by the fetch
 uniform vec2 alpha_test;               // keep where a * x + y > 0
+#ifdef PULSES
+uniform vec2 pulse;                    // that texels are multiplied by: rgb, a
+#endif
 
 in vec3 world_normal;
 in vec2 texcoord;
+#ifdef LAYER_APART
+in vec2 layer_texcoord;
+#else
+#define layer_texcoord texcoord
+#endif
 #if defined(TINTED) || defined(FADES)
 in vec4 tint;  // linear, that texels are multiplied by; or how far the layer covers them, its a
 #endif
@@ -146,13 +154,19 @@ void main() {
     if (texel.a * alpha_test.x + alpha_test.y <= 0.0) discard;
 #endif
 #if defined(LAYERED) && !defined(ALBEDO)
-    vec4 layer = texture(layer_image, texcoord);
+    vec4 layer = texture(layer_image, layer_texcoord);
 #ifdef FADES
     layer.a *= tint.a;
+#endif
+#ifdef LAYER_TEST
+    if (layer.a * LAYER_TEST.x + LAYER_TEST.y <= 0.0) layer.a = 0.0;
 #endif
     texel.rgb = mix(texel.rgb, layer.rgb, layer.a);
 #elif defined(TINTED)
     texel *= tint;
+#endif
+#ifdef PULSES
+    texel *= pulse.xxxy;
 #endif
 #ifdef ALBEDO
     vec3 rho = vec3(ALBEDO);

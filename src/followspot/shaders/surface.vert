@@ -4,10 +4,11 @@
 #include "common/frame.glsl"
 #include "common/light.glsl"
 #include "common/object.glsl"
+#include "common/texcoord.glsl"
+#include "common/deform.glsl"
 
 #define MAPPED (SHADOWS + POINT_SHADOWS)
 
-in vec2 in_texcoord;
 #if defined(TINTED) || defined(FADES)
 in vec4 in_tint;
 out vec4 tint;
@@ -15,6 +16,9 @@ out vec4 tint;
 
 out vec3 world_normal;
 out vec2 texcoord;
+#ifdef LAYER_APART
+out vec2 layer_texcoord;
+#endif
 flat out float scale;  // of the output; handed on, since pixels read uniform blocks slowly
 #if LIGHTS > MAPPED
 out vec3 world_position;
@@ -60,7 +64,10 @@ void place_in_tiles(int i, vec3 position, vec3 n) {
 void main() {
     vec4 world = vertex_in_world();
     world_normal = normal_in_world();
-    texcoord = in_texcoord;
+    texcoord = base_texcoord();
+#ifdef LAYER_APART
+    layer_texcoord = layer_texcoord_of_its_own();
+#endif
 #if defined(TINTED) || defined(FADES)
     tint = in_tint;
 #endif
@@ -80,5 +87,5 @@ void main() {
 #if SHADOWS > 0
     for (int i = 0; i < SHADOWS; ++i) place_in_tiles(i, world.xyz, world_normal);
 #endif
-    gl_Position = clip_from_world * world;
+    gl_Position = clip_from_world * vec4(drawn_at(world.xyz), 1.0);
 }

@@ -201,7 +201,7 @@ def reloading(hands: Hands) -> Iterator[None]:
     drawer.pipeline.release()
     drawer._pipeline = FramePipeline(drawer._context, drawer._gpu_scene, folder)
     yield from hands.press("Tab", lambda state: not state.panels)
-    hands.viewer.state = replace(hands.state, frame_limit=40)
+    hands.viewer.state = replace(hands.state, frame_limit=40, runs=False)
     yield from hands.frames(3)
     before = hands.picture()
     main = folder / "surface.frag"
@@ -252,6 +252,7 @@ def reloading(hands: Hands) -> Iterator[None]:
 def choosing(hands: Hands) -> Iterator[None]:
     """Every key that chooses something, and what it makes of the picture."""
     yield from hands.frames(3)
+    hands.viewer.state = replace(hands.state, runs=False)  # water moves, and pictures are compared
     yield from hands.press("Tab", lambda state: not state.panels)
     seen = set()
     for number, view in reversed(list(enumerate(View, 1))):
@@ -286,6 +287,7 @@ def choosing(hands: Hands) -> Iterator[None]:
     yield from hands.frames(3)
     assert hands.state.divider == (middle + 80) / final.shape[1]
 
+    hands.viewer.state = replace(hands.state, runs=True)
     yield from hands.press("p", lambda state: not state.runs)
     time = hands.state.time
     yield from hands.frames(3)

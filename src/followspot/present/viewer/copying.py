@@ -46,7 +46,7 @@ def as_command(state: State, size: tuple[int, int]) -> str:
     exposure = state.exposure_of(look.view)
     settings = msgspec.structs.replace(look.settings(state.settings), exposure=exposure)
     words += [f"--set={change}" for change in _changes(state.scene.settings, settings)]
-    if len(state.scene.crowd):
+    if state.scene.moves:
         words.append(f"--time={state.time!r}")
     return shlex.join([*words, "-o", "view.png"])
 

@@ -126,7 +126,7 @@ def _key_maps(renderer: Renderer) -> tuple[moderngl.Texture, ...]:
 
 def _subject(state: State, look: Look, size: tuple[int, int]) -> tuple[object, ...]:
     """All that the values of a pixel follow from; the picture's size says where it looks."""
-    time = state.time if len(state.scene.crowd) else 0.0
+    time = state.time if state.scene.moves else 0.0
     lit = state.scene.level, state.environment_constant, state.lamps, state.settings
     return *lit, look, size, state.camera, state.culled_from, state.exposure_of(look.view), time
 

@@ -145,7 +145,7 @@ class State:
         culled_from: A camera that decides in place of the flying one what is drawn.
         measured_exposures: What suited the views that are metered when they were measured last;
             they hold while the settings give none.
-        time: Seconds by which characters move.
+        time: Seconds by which characters and surfaces move.
         runs: Whether that time goes on.
         selected: Number of the lamp that is being edited.
         tool: What its gizmo does.

@@ -26,8 +26,12 @@ vec3 between_keys(int which) {
     return mix(key_texel(pose.x, which), key_texel(pose.y, which), pose.z);
 }
 
+vec3 vertex_in_object() {
+    return between_keys(0);
+}
+
 vec4 vertex_in_world() {
-    return vec4(vec4(between_keys(0), 1.0) * world_from_part(), 1.0);
+    return vec4(vec4(vertex_in_object(), 1.0) * world_from_part(), 1.0);
 }
 
 vec3 normal_in_world() {
@@ -37,6 +41,10 @@ vec3 normal_in_world() {
 #else
 in vec3 in_position;
 in vec3 in_normal;
+
+vec3 vertex_in_object() {
+    return in_position;
+}
 
 vec4 vertex_in_world() {
     return vec4(in_position, 1.0);

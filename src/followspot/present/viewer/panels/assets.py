@@ -55,7 +55,8 @@ def _problems(scene: Scene) -> None:
 
 def _material(material: Material, seen: Seen) -> None:
     thumbnail.show(material, _EDGE, seen.found)
-    imgui.set_item_tooltip(" + ".join(filter(None, material.images)) or "no image: white")
+    images = filter(None, (material.image, material.layer))
+    imgui.set_item_tooltip(" + ".join(images) or "no image: white")
     imgui.same_line()
     imgui.begin_group()
     imgui.text(material.name)
