@@ -13,7 +13,7 @@ from followspot.gpu import blocks, gl
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import SHADERS, ShaderError, ShaderFolder
 from followspot.gpu.targets import Part, Target, encode_srgb
-from followspot.passes import lighting, programs
+from followspot.passes import lighting, programs, shadow_tiles
 from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import NOTHING
 from followspot.passes.overlay import Overlay, OverlayPass
@@ -53,6 +53,7 @@ class FrameInput:
         culled_from: A camera that decides in place of `camera` what is drawn and what shadow maps
             cover, so that one can fly on and see what is left out.
         lights: The scene's, in the order of `lighting.in_order`.
+        shadowed: What its shadow maps look into; see `lighting.shadowed`.
 
     Raises:
         UsageError: there are more lights than a frame holds.
@@ -67,14 +68,12 @@ class FrameInput:
     overlays: frozenset[Overlay] = frozenset()
     culled_from: Camera | None = None
     lights: tuple[Light, ...] = field(init=False)
+    shadowed: tuple[SpotLight, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "lights", lighting.in_order(self.scene.lights))
-
-    @property
-    def shadowed(self) -> tuple[SpotLight, ...]:
-        """What its shadow maps look into; see `lighting.shadowed`."""
-        return lighting.shadowed(self.lights, self.settings)
+        lights = lighting.in_order(self.scene.lights)
+        object.__setattr__(self, "lights", lights)
+        object.__setattr__(self, "shadowed", lighting.shadowed(lights, self.settings))
 
 
 @dataclass(frozen=True)
@@ -127,8 +126,8 @@ class FramePipeline:
         self._surfaces = SurfacePass(context, gpu_scene, self._folder)
         self._sky = SkyPass(context, gpu_scene, self._folder)
         self._overlay: OverlayPass | None = None
-        self._constant_for: object = None
-        self._constants: dict[str, int | str] = {}
+        self._macros_for: object = None
+        self._macros: dict[str, int | str] = {}
         self._is_encoded = False
 
     def prepare(self, frame: FrameInput, target: Target) -> None:
@@ -146,13 +145,14 @@ class FramePipeline:
         encoded = _is_encoded(frame.view, target)
         self.shadow.reserve(frame.shadowed, frame.settings)
         scene = frame.scene
-        wanted = scene.sky, scene.environment_constant, scene.ambient, frame.settings
-        if wanted != self._constant_for:
-            self._constant_for = wanted
-            self._constants = lighting.constants(scene, frame.settings)
-        macros = self._constants | lighting.light_counts(frame.lights, frame.settings)
+        counts = len(frame.lights), len(frame.shadowed), shadow_tiles.spot_count(frame.shadowed)
+        wanted = scene.sky, scene.environment_constant, scene.ambient, frame.settings, counts
+        if wanted != self._macros_for:
+            self._macros_for = wanted
+            self._macros = lighting.constants(scene, frame.settings)
+            self._macros |= lighting.counts(frame.lights, frame.shadowed, frame.settings)
         for each in (self._surfaces.programs, self._characters.programs):
-            each.prepare(frame.view, macros, encoded=encoded)
+            each.prepare(frame.view, self._macros, encoded=encoded)
         if frame.view is View.FINAL:
             self._sky.prepare(encoded=encoded)
         self._is_encoded = encoded

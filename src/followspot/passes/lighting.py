@@ -47,15 +47,22 @@ def shadowed(lights: tuple[Light, ...], settings: Settings) -> tuple[SpotLight, 
     return (*casting(lights), *sides)
 
 
-def light_counts(lights: Sequence[Light], settings: Settings) -> dict[str, int | str]:
-    """Macros of surface.frag that tell how many lights there are, in the order of `in_order`."""
-    maps = shadowed(tuple(lights), settings)
-    spots = shadow_tiles.spot_count(maps)
+def counts(
+    lights: Sequence[Light], shadowed: Sequence[SpotLight], settings: Settings
+) -> dict[str, int | str]:
+    """Macros of surface.frag that tell how many lights there are.
+
+    Args:
+        lights: In the order of `in_order`.
+        shadowed: What shadow maps look into.
+        settings: Of them those of shadow maps are read.
+    """
+    spots = shadow_tiles.spot_count(shadowed)
     return {
         "LIGHTS": len(lights),
         "SHADOWS": spots,
-        "POINT_SHADOWS": (len(maps) - spots) // blocks.SIDES,
-        "SHADOW_ROWS": shadow_tiles.rows(maps, settings),
+        "POINT_SHADOWS": (len(shadowed) - spots) // blocks.SIDES,
+        "SHADOW_ROWS": shadow_tiles.rows(shadowed, settings),
     }
 
 

@@ -166,7 +166,7 @@ class SurfacePrograms:
         self._make_arrays = make_arrays
         self._defines = dict(defines or {})
         self._made: dict[object, Shader] = {}
-        self._common: dict[str, int | str] = {}
+        self._wanted: object = None
         self.chosen: dict[Variant, Shader] = {}
 
     @property
@@ -185,21 +185,19 @@ class SurfacePrograms:
 
         Args:
             view: The stage that is written.
-            macros: Of surface.frag; see `lighting.constants` and `lighting.light_counts`.
+            macros: Of surface.frag; see `lighting.constants` and `lighting.counts`. The same object
+                while they are the same.
             encoded: Whether the picture is sRGB; what is not blended writes that itself.
 
         Raises:
             ShaderError: a new one does not compile; those chosen before stay.
         """
-        common: dict[str, int | str] = {
-            **_VIEWS,
-            **macros,
-            "VIEW": f"VIEW_{view.name}",
-        }
+        wanted = view, encoded, macros
+        if wanted == self._wanted:
+            return
+        common: dict[str, int | str] = {**_VIEWS, **macros, "VIEW": f"VIEW_{view.name}"}
         if encoded:
             common["ENCODED"] = 1
-        if common == self._common:
-            return
         chosen = {}
         for variant in self._variants:
             key = (*common.items(), variant)
@@ -209,7 +207,7 @@ class SurfacePrograms:
                     self._context, self._folder, "surface", self._make_arrays, defines
                 )
             chosen[variant] = self._made[key] = self._made.pop(key)  # the last used is the last
-        self._common, self.chosen = common, chosen
+        self._wanted, self.chosen = wanted, chosen
         while len(self._made) > MAX_PROGRAMS:
             self._made.pop(next(iter(self._made))).release()
 
