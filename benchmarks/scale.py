@@ -1,8 +1,9 @@
-"""How followspot's frame time grows with pixels, with the shadow map's size, with triangles.
+"""How followspot's frame time grows with pixels, the shadow map's size, triangles and lights.
 
-One view, llvmpipe, the shadow map kept and redrawn in every frame. Triangles are varied without
-changing the picture: the level's curved patches are cut coarser or finer. All sizes take turns.
-Writes a table, and a plot as out/benchmarks/scale.svg.
+One view, llvmpipe, the shadow maps kept and redrawn in every frame. Triangles are varied without
+changing the picture: the level's curved patches are cut coarser or finer. Point lights with shadows
+stand around the camera, beside the level's own light. All sizes take turns. Writes a table, and a
+plot as out/benchmarks/scale.svg.
 """
 
 import sys
@@ -11,18 +12,24 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import common
+import numpy as np
 import ours
 import svg
 from common import BenchmarkError, View
 from msgspec.structs import replace as changed
 
 from followspot.scene.camera import Camera
+from followspot.scene.light import PointLight
 from followspot.scene.scene import Scene
 
 SIZES = ((320, 240), (640, 480), (960, 720), (1280, 720), (1920, 1080))
 SHADOW_SIZES = (256, 512, 1024, 2048, 4096)
 TOLERANCES = (32.0, 4.0, 1.0, 0.25, 0.06)
 """Units by which triangles may miss a curved patch."""
+
+POINT_LIGHTS = (0, 1, 2, 4)
+OFFSETS = 40.0 * np.array([(1, 0, 1), (-1, 0, 1), (0, 1, 1), (0, -1, 1)])
+"""Units from the camera to the lamps, in that order."""
 
 KEPT, REDRAWN = "map kept", "map redrawn"
 
@@ -69,6 +76,13 @@ def points(view: View, stack: ExitStack) -> list[Point]:
         count = cut.mesh.triangle_count
         each = renderer(ours.SIZE)
         found.append(Point("triangles", count / 1e3, f"{count}", each, cut, camera))
+    for count in POINT_LIGHTS:
+        lamps = tuple(
+            PointLight(camera.position + offset, np.full(3, 100.0)) for offset in OFFSETS[:count]
+        )
+        lit = replace(scene, lights=scene.lights + lamps)
+        each = renderer(ours.SIZE)
+        found.append(Point("point lights", count, f"{count}", each, lit, camera))
     return found
 
 
@@ -78,6 +92,7 @@ def panels(found: list[Point]) -> list[svg.Panel]:
         "pixels": "million pixels",
         "shadow map": "million texels of the shadow map",
         "triangles": "thousand triangles in the level",
+        "point lights": "point lights with shadows",
     }
     return [
         svg.Panel(

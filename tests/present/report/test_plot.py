@@ -192,7 +192,7 @@ def test_series_take_the_pages_colours() -> None:
     assert set(re.findall(r"--series-\d", svg)) == {"--series-1", "--series-2"}
 
 
-@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6), st.integers(2, 9))
+@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.integers(2, 9))
 def test_linear_ticks_are_round_and_within_limits(low: float, size: float, count: int) -> None:
     high = low + size
     ticks = linear_ticks(low, high, count)

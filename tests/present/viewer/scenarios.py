@@ -141,12 +141,13 @@ def walking(hands: Hands) -> Iterator[None]:
 def recording(hands: Hands) -> Iterator[None]:
     """Screenshots and films, with the panels hidden so that what is shown is known."""
     yield from hands.frames(3)
+    hands.viewer.state = replace(hands.state, runs=False)  # the courtyard's water
     yield from hands.press("Tab", lambda state: not state.panels)
     yield from hands.frames(2)
     np.save("shown.npy", hands.picture())
     yield from hands.press("F12", lambda state: "courtyard-001.png is written" in state.notice)
     yield from hands.press("F11", lambda state: "001-stages is written" in state.notice)
-    hands.viewer.state = hands.state.with_recording(fps=24)
+    hands.viewer.state = replace(hands.state.with_recording(fps=24), runs=True)
     for number, (size, count) in enumerate(((None, 12), ((640, 480), 5)), 1):
         hands.viewer.state = hands.state.with_recording(films=True, size=size)
         yield from hands.until(lambda _: "film" in hands.viewer._seen.recorded)

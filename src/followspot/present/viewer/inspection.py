@@ -59,10 +59,11 @@ class Inspector:
         if pixel is self._picked and not is_due:
             return
         self._pixel = inspect_pixel(renderer, state.frame(look), *pixel)
-        self._picked, self._subject, self._pixel_age = pixel, _subject(state, look, size), 0
+        subject = _subject(state, look, size, self._pixel)
+        self._picked, self._subject, self._pixel_age = pixel, subject, 0
 
     def _is_old(self, state: State, look: Look, size: tuple[int, int]) -> bool:
-        return self._subject != _subject(state, look, size)
+        return self._subject != _subject(state, look, size, self._pixel)
 
     def _meet(self, gpu_scene: GpuScene) -> None:
         """Forget all that was found out of another scene, which can go then."""
@@ -124,9 +125,14 @@ def _key_maps(renderer: Renderer) -> tuple[moderngl.Texture, ...]:
     return tuple(texture for texture in found if texture is not None)
 
 
-def _subject(state: State, look: Look, size: tuple[int, int]) -> tuple[object, ...]:
+def _subject(
+    state: State, look: Look, size: tuple[int, int], pixel: PixelReport | None
+) -> tuple[object, ...]:
     """All that the values of a pixel follow from; the picture's size says where it looks."""
-    time = state.time if state.scene.moves else 0.0
+    seen = () if pixel is None else (pixel.surface, *pixel.in_front)
+    names = {surface.material for surface in seen if surface is not None}
+    moving = any(each.moves and each.name in names for each in state.scene.materials)
+    time = state.time if moving or len(state.scene.crowd) else 0.0
     lit = state.scene.level, state.environment_constant, state.lamps, state.settings
     return *lit, look, size, state.camera, state.culled_from, state.exposure_of(look.view), time
 
