@@ -143,13 +143,14 @@ def test_maps_are_redrawn_only_for_a_reason(renderer: Renderer) -> None:
     report = draw(below)
     shadow = renderer.pipeline.shadow
     assert report.shadow_redrawn
-    assert [tile.place for tile in shadow.tiles] == [(k % 2, k // 2) for k in range(6)]
+    places = [(k % 3, k // 3) for k in range(6)]
+    assert [tile.place for tile in shadow.tiles] == places
     assert report.shadow_triangles == sum(tile.casters.triangle_count for tile in shadow.tiles)
     assert not draw(below).shadow_redrawn
     assert not draw(looking((-250, -250, 60), (0, 0, 0), 70)).shadow_redrawn, "wherever one looks"
     assert draw(below, redraw_shadows=True).shadow_redrawn
     assert draw(below, shadow_fit=False).shadow_redrawn, "other tiles"
-    assert [tile.place for tile in shadow.tiles] == [(0, k) for k in range(6)]
+    assert [tile.place for tile in shadow.tiles] == places
     moved = replace(scene, lights=(point((1, 0, 100), 900),))
     assert renderer.draw(frame_of(moved, below)).shadow_redrawn
     assert not frame_of(scene, below, shadows=False).shadowed
@@ -181,10 +182,41 @@ def test_spots_and_points_share_the_atlas(draw: Draw, renderer: Renderer) -> Non
 def test_eight_point_lights_with_shadows(draw: Draw) -> None:
     lights = [point((60 * np.cos(k), 60 * np.sin(k), 80), 500) for k in range(8)]
     scene = make_scene([floor(), *box((-10, -10, 0), (10, 10, 40))])
-    view, settings = camera((0, 0, 190), pitch=90), Settings(sky_light=False, shadow_map_size=256)
+    view, settings = camera((0, 0, 190), pitch=90), Settings(sky_light=False)
     together = draw(scene.with_lights(*lights), view, View.DIRECT, settings)
     apart = sum(draw(scene.with_lights(each), view, View.DIRECT, settings) for each in lights)
     np.testing.assert_allclose(together, apart, rtol=1e-4, atol=2e-3 * together.max())
+
+
+def test_what_was_prepared_and_not_drawn_changes_nothing(renderer: Renderer) -> None:
+    """Room is made for more maps, and for fewer again: what casts is there all the same."""
+    scene = make_scene([floor(300), *box((-20, -20, 0), (20, 20, 30))], point((30, 40, 150), 900))
+    view = looking((-90, -80, 120), (0, 0, 0), 60)
+    frame = replace(frame_of(scene, view), view=View.SHADOW)
+
+    def drawn() -> Floats:
+        renderer.draw(frame, linear=True)
+        return renderer.target(linear=True).read()[..., 0].astype(np.float64)
+
+    renderer.open(scene)
+    before = drawn()
+    assert 0.01 < (before == 0).mean() < 0.9
+    more = frame_of(replace(scene, lights=(*scene.lights, point((0, 0, 90), 9))), view)
+    renderer.pipeline.prepare(more, renderer.target())
+    np.testing.assert_array_equal(drawn(), before)
+
+
+def test_what_is_far_away_changes_no_shadow(draw: Draw) -> None:
+    """A lamp's planes are its own, whatever stands behind the horizon."""
+    lamp, things = point((0, 0, 16), 900), box((4, -3, 4), (7, 3, 9))
+    view = looking((-60, -50, 60), (20, 0, 0), 60)
+    near, far = (
+        draw(make_scene([floor(size), *things], lamp), view, View.SHADOW) for size in (500, 20000)
+    )
+    p, _ = on_plane(view, (0, 0, 1))
+    inside = np.abs(p[..., :2]).max(axis=-1) < 400
+    np.testing.assert_allclose(near[inside], far[inside], atol=0.01)
+    assert (near[inside] == 0).mean() > 0.05
 
 
 def test_shadow_map_view_unfolds_the_cube(renderer: Renderer) -> None:

@@ -26,11 +26,7 @@ FRAME = np.dtype(
         ("near_from_wide", "<f4", (MAX_SHADOWS, 4)),  # into the near tile: scale, shift
         ("offset_right", "<f4", (MAX_SHADOWS, 4)),  # axis; w: atlas units at a distance of one
         ("offset_up", "<f4", (MAX_SHADOWS, 4)),  # likewise
-        (
-            "light_position",
-            "<f4",
-            (MAX_LIGHTS, 4),
-        ),  # units; w: offset in depth, or near plane
+        ("light_position", "<f4", (MAX_LIGHTS, 4)),  # world units; w: offset in depth
         ("light_axis", "<f4", (MAX_LIGHTS, 4)),  # towards the light over the rim; w: rim's offset
         ("light_radiance", "<f4", (MAX_LIGHTS, 4)),  # of a white surface at one unit; w unused
         ("output_scale", "<f4", (4,)),  # x: exposure, where the output is displayed light

@@ -58,11 +58,13 @@ def counts(
         settings: Of them those of shadow maps are read.
     """
     spots = shadow_tiles.spot_count(shadowed)
+    columns, rows = shadow_tiles.shape(shadowed, settings)
     return {
         "LIGHTS": len(lights),
         "SHADOWS": spots,
         "POINT_SHADOWS": (len(shadowed) - spots) // blocks.SIDES,
-        "SHADOW_ROWS": shadow_tiles.rows(shadowed, settings),
+        "SHADOW_COLUMNS": columns,
+        "SHADOW_ROWS": rows,
     }
 
 
@@ -93,14 +95,16 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     macros: dict[str, int | str] = {
         "EMISSION": f"{settings.emission:.9g}",
         "SHADOW_TAPS": settings.shadow_taps,
-        "SHADOW_COLUMNS": shadow_tiles.columns(settings),
         "NEAR_REACH": f"{shadow_tiles.near_reach(settings):.9g}",
         "SHADOW_BIAS": f"{settings.shadow_bias:.9g}",
         "NORMAL_OFFSET": f"{settings.shadow_normal_offset:.9g}",
         "TILE_SIZE": f"{shadow_tiles.tile_size(settings):.1f}",
         "SIDE_SCALE": f"{shadow_tiles.side_scale(settings):.9g}",
-        "NEAREST_AROUND": f"{shadow_fit.NEAREST_AROUND:.9g}",
+        "SIDE_NEAR": f"{shadow_fit.PLANES_AROUND[0]:.1f}",
+        "SIDE_FAR": f"{shadow_fit.PLANES_AROUND[1]:.1f}",
     }
+    if settings.shadow_fit:
+        macros["SHADOW_FIT"] = 1
     if settings.shadow_cull is not CullFace.FRONT:
         macros["LIT_SIDES_CAST"] = 1
     if settings.albedo is not None:

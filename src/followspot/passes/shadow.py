@@ -83,20 +83,22 @@ class ShadowPass:
 
     def reserve(self, lights: tuple[SpotLight, ...], settings: Settings) -> None:
         """Make room for lights' maps. Not to be called inside a frame."""
-        size, columns = shadow_tiles.tile_size(settings), shadow_tiles.columns(settings)
-        wanted = columns * size, size * max(shadow_tiles.rows(lights, settings), 1)
+        size = shadow_tiles.tile_size(settings)
+        columns, rows = shadow_tiles.shape(lights, settings)
+        wanted = columns * size, max(rows, 1) * size
         if self._maps and (self.atlas.size == wanted or not lights):
             return
         limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
         if max(wanted) > limit:
             raise UsageError(
                 f"shadow_map_size: {len(lights)} maps, six of a point light, of "
-                f"{settings.shadow_map_size} texels need {max(wanted)} in a row; this OpenGL has "
-                f"{limit}"
+                f"{settings.shadow_map_size} texels need an atlas of {wanted[0]} x {wanted[1]}; "
+                f"this OpenGL has {limit}"
             )
         self.size = size
-        tile_count = wanted[0] * wanted[1] // size**2
-        self._indices.orphan(max(self._gpu_scene.scene.mesh.indices.nbytes, 4) * tile_count)
+        most = columns * max(rows, 1) * self._gpu_scene.scene.mesh.indices.nbytes
+        self._indices.orphan(max(most, 4))  # and what was in it is lost
+        self.layout.forget()
         self._drop_maps()
         self._maps = [ShadowMap(self._context, wanted, size)]
         if len(self._gpu_scene.scene.crowd):
@@ -144,17 +146,15 @@ class ShadowPass:
         wanted = self.tiles, self.atlas.size, settings.shadow_normal_offset
         if wanted != self._placed:
             self._placed = wanted
-            wide = [tile for tile in self.tiles if not tile.is_near]
+            spots = shadow_tiles.spot_count(self.layout.lights)
+            wide = [tile for tile in self.tiles if tile.light < spots and not tile.is_near]
             self._placing = [value for tile in wide for value in self._values(tile, settings)]
         for name, index, value in self._placing:
             block[name][index] = value
 
     def _values(self, tile: Tile, settings: Settings) -> list[tuple[str, Any, Any]]:
-        """What a light's surfaces are looked up by, from its wide tile: field, index, value."""
-        number, spots = tile.light, shadow_tiles.spot_count(self.layout.lights)
-        if number >= spots:
-            light = spots + (number - spots) // blocks.SIDES
-            return [("light_position", (light, 3), tile.frustum.near)]
+        """What a spot's surfaces are looked up by, from its wide tile: field, index, value."""
+        number = tile.light
         (right, up), deeper = self.layout.offsets(tile, settings.shadow_normal_offset, self.size)
         into_wide = blocks.column_major(self.layout.atlas_from_world(tile))
         return [

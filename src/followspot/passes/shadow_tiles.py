@@ -3,8 +3,8 @@
 The atlas has a row for each spot light, of two square tiles: the wide one for all that the camera
 sees, the near one for what is near it. Together they have the texels that were asked for. Where
 maps are not fitted to the camera there is only the wide one. The sides of point lights' cubes
-follow, with one tile each that stays the same wherever the camera is: it is in the middle of what
-they light, so that there is nothing to fit.
+follow in rows of three, with one tile each that stays the same wherever the camera is: it is in the
+middle of what they light, so that there is nothing to fit.
 """
 
 import math
@@ -31,15 +31,21 @@ Place = tuple[int, int]
 """Column and row in the atlas, in tiles."""
 
 
-def columns(settings: Settings) -> int:
-    """Tiles in a row of the atlas: those of a spot light."""
+SIDES_IN_A_ROW = 3
+"""Of point lights' cubes; few, for the atlas to be as wide as high with three of them."""
+
+
+def tiles_per_spot(settings: Settings) -> int:
+    """Tiles that a spot light has room for, next to each other."""
     return 2 if settings.shadow_fit else 1
 
 
-def rows(lights: Sequence[SpotLight], settings: Settings) -> int:
-    """Rows of the atlas that lights, spots before sides of cubes, have room in."""
+def shape(lights: Sequence[SpotLight], settings: Settings) -> Place:
+    """Columns and rows of the atlas in which lights, spots before sides of cubes, have room."""
     spots = spot_count(lights)
-    return spots + (len(lights) - spots) // columns(settings)
+    sides = len(lights) - spots
+    columns = max(tiles_per_spot(settings), SIDES_IN_A_ROW if sides else 1)
+    return columns, spots + sides // SIDES_IN_A_ROW
 
 
 def spot_count(lights: Sequence[SpotLight]) -> int:
@@ -49,7 +55,7 @@ def spot_count(lights: Sequence[SpotLight]) -> int:
 
 def tile_size(settings: Settings) -> int:
     """Texels along a tile's edge: a spot's tiles together have those of a map of the set size."""
-    return round(settings.shadow_map_size / math.sqrt(columns(settings)))
+    return round(settings.shadow_map_size / math.sqrt(tiles_per_spot(settings)))
 
 
 def near_reach(settings: Settings) -> float:
@@ -115,8 +121,6 @@ class ShadowTiles:
             np.concatenate([scene.mesh.faces["mins"], scene.crowd.mins]),
             np.concatenate([scene.mesh.faces["maxs"], scene.crowd.maxs]),
         )
-        mins, maxs = self._everything.mins, self._everything.maxs
-        self._bounds = mins.min(axis=0, initial=np.inf), maxs.max(axis=0, initial=-np.inf)
         materials = scene.materials
         self._casts = np.array([m.blend is None for m in materials], bool)
         self._one_sided = np.array([not m.is_two_sided for m in materials], bool)
@@ -136,6 +140,10 @@ class ShadowTiles:
         self.shape: Place = (1, 1)
         self.tiles: tuple[Tile, ...] = ()
 
+    def forget(self) -> None:
+        """Take whatever is fitted next for new."""
+        self._fitted = None, None
+
     def fit(
         self, lights: tuple[SpotLight, ...], settings: Settings, receivers: Receivers | None
     ) -> bool:
@@ -150,7 +158,7 @@ class ShadowTiles:
         Returns:
             Whether any tile, or their order, is new.
         """
-        size, self.shape = tile_size(settings), (columns(settings), rows(lights, settings))
+        size, self.shape = tile_size(settings), shape(lights, settings)
         wanted = ((size, settings.shadow_cull), receivers)
         if lights == self.lights and wanted == self._fitted:
             return False
@@ -170,7 +178,8 @@ class ShadowTiles:
         for number, light in enumerate(lights):
             place = self._place(number, spots)
             if isinstance(light, CubeSide):
-                side = shadow_fit.whole_side(light, *self._bounds, size)
+                kept = before.get((light, False))
+                side = shadow_fit.whole_side(light, size) if kept is None else kept.frustum
                 tiles.append(self._tile(Tile(number, place, False, side), before, light, settings))
                 continue
             seen = None if receivers is None else shadow_fit.outlines(light, receivers)
@@ -195,7 +204,7 @@ class ShadowTiles:
         """Where light `number` has its wide tile."""
         if number < spots:
             return 0, number
-        row, column = divmod(number - spots, self.shape[0])
+        row, column = divmod(number - spots, SIDES_IN_A_ROW)
         return column, spots + row
 
     def _tile(

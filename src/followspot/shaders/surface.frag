@@ -35,12 +35,9 @@ in vec3 world_position;
 in vec4 shadowed_ray[MAPPED];
 flat in vec4 shadowed_glow[MAPPED];
 #endif
-#if POINT_SHADOWS > 0
-flat in float near_plane[POINT_SHADOWS];
-#endif
 #if SHADOWS > 0
 in vec4 shadow_wide[SHADOWS];
-#if SHADOW_COLUMNS == 2
+#ifdef SHADOW_FIT
 in vec3 shadow_near[SHADOWS];
 #endif
 #endif
@@ -48,7 +45,7 @@ in vec3 shadow_near[SHADOWS];
 out vec4 value;
 
 #if SHADOWS > 0
-#if SHADOW_COLUMNS == 2
+#ifdef SHADOW_FIT
 #include "common/atlas.glsl"
 
 // Where a light's map is looked at, moved off the surface: in the near tile if that holds the
@@ -89,10 +86,6 @@ float visibility(vec4 homogeneous) {
 #if POINT_SHADOWS > 0
 #include "common/offset.glsl"
 #include "common/cube.glsl"
-
-vec4 place_around(int i, vec3 n) {
-    return place_on_cube(i, shadowed_ray[i].xyz, near_plane[i - SHADOWS], n);
-}
 #endif
 
 // Share of a light that arrives at the side of a triangle that is seen; `place` is where its map tells.
@@ -117,7 +110,7 @@ vec3 radiance_from_lights(vec3 n) {
 #if POINT_SHADOWS > 0
     for (int i = SHADOWS; i < MAPPED; ++i)
         sum += radiance_from_light(shadowed_ray[i], shadowed_glow[i], n)
-             * arrives(shadowed_ray[i].xyz, place_around(i, n));
+             * arrives(shadowed_ray[i].xyz, place_on_cube(i, shadowed_ray[i].xyz, n));
 #endif
 #if LIGHTS > MAPPED
     for (int i = MAPPED; i < LIGHTS; ++i)
@@ -134,7 +127,7 @@ float key_light_visibility(vec3 n) {
 #if SHADOWS > 0
     return faces ? arrives(shadowed_ray[0].xyz, place_in_atlas(0)) : 0.0;
 #else
-    return faces ? arrives(shadowed_ray[0].xyz, place_around(0, n)) : 0.0;
+    return faces ? arrives(shadowed_ray[0].xyz, place_on_cube(0, shadowed_ray[0].xyz, n)) : 0.0;
 #endif
 #elif LIGHTS > 0
     vec4 ray = light_ray(0, world_position);

@@ -27,12 +27,9 @@ out vec3 world_position;
 out vec4 shadowed_ray[MAPPED];  // common/light.glsl
 flat out vec4 shadowed_glow[MAPPED];
 #endif
-#if POINT_SHADOWS > 0
-flat out float near_plane[POINT_SHADOWS];  // of the sides' maps
-#endif
 #if SHADOWS > 0
 out vec4 shadow_wide[SHADOWS];  // place in the atlas, in the wide tile
-#if SHADOW_COLUMNS == 2
+#ifdef SHADOW_FIT
 out vec3 shadow_near[SHADOWS];  // x, y in the near tile, used from -w to w; and z for it
 #include "common/atlas.glsl"
 #endif
@@ -52,7 +49,7 @@ void place_in_tiles(int i, vec3 position, vec3 n) {
     vec4 s = shadow_from_world[i] * vec4(position + n * SHADOW_BIAS, 1.0);
     vec2 moved = across * vec2(offset_right[i].w, offset_up[i].w) * s.w;
     shadow_wide[i] = vec4(s.xy + moved, s.z + depth, s.w);
-#if SHADOW_COLUMNS == 2
+#ifdef SHADOW_FIT
     vec2 scale = near_from_wide[i].xy;  // a texel is smaller by this, and with it its depth
     vec2 near = s.xy * scale + s.w * near_from_wide[i].zw + moved;
     near = (near - s.w * near_middle(i)) / near_reach;
@@ -80,9 +77,6 @@ void main() {
         shadowed_ray[i] = light_ray(i, world.xyz);
         shadowed_glow[i] = light_glow(i);
     }
-#endif
-#if POINT_SHADOWS > 0
-    for (int i = 0; i < POINT_SHADOWS; ++i) near_plane[i] = light_position[SHADOWS + i].w;
 #endif
 #if SHADOWS > 0
     for (int i = 0; i < SHADOWS; ++i) place_in_tiles(i, world.xyz, world_normal);

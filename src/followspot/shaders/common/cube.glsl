@@ -1,8 +1,8 @@
 // Where surfaces are looked up in the shadow maps of point lights: one for each side of a cube around
-// the light, +X, -X, +Y, -Y, +Z, -Z, one after the other in the rows below those of spot lights.
+// the light, +X, -X, +Y, -Y, +Z, -Z, one after the other in rows of three above those of spot lights.
 
 // Place and depth in the atlas for point light i, as `visibility` takes them.
-vec4 place_on_cube(int i, vec3 ray, float near, vec3 n) {
+vec4 place_on_cube(int i, vec3 ray, vec3 n) {
     float cosine = dot(n, ray) * inversesqrt(dot(ray, ray));
 #ifdef SIDES_BOTH
     if (cosine < 0.0) n = -n;
@@ -26,8 +26,9 @@ vec4 place_on_cube(int i, vec3 ray, float near, vec3 n) {
     place = place / along * SIDE_SCALE + 0.5 + across * (NORMAL_OFFSET * texel);
 
     int side = 6 * (i - SHADOWS) + (is_x ? 0 : is_y ? 2 : 4) + int(ahead < 0.0);
-    int row = side / SHADOW_COLUMNS;
-    place += vec2(side - row * SHADOW_COLUMNS, row + SHADOWS);
-    float depth = (1.0 - near / along * (1.0 + nearer)) / (1.0 - NEAREST_AROUND);
+    int row = side / 3;
+    place += vec2(side - row * 3, row + SHADOWS);
+    const float near = SIDE_NEAR, far = SIDE_FAR;
+    float depth = (1.0 - near / along * (1.0 + nearer)) * (far / (far - near));
     return vec4(place / vec2(SHADOW_COLUMNS, SHADOW_ROWS), depth, 1.0);
 }

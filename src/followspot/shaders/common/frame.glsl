@@ -10,8 +10,7 @@ layout(std140) uniform Frame {
     vec4 offset_right[MAX_SHADOWS];       // the light's right; w: atlas units that a receiver is
                                           // moved along it, by its normal, at a distance of one
     vec4 offset_up[MAX_SHADOWS];          // likewise upwards
-    vec4 light_position[MAX_LIGHTS];      // world units; w: depth that a receiver is moved by, of
-                                          // point lights the near plane
+    vec4 light_position[MAX_LIGHTS];      // world units; w: depth that a receiver is moved by
     vec4 light_axis[MAX_LIGHTS];          // towards the light over the rim's width; w: its offset
     vec4 light_radiance[MAX_LIGHTS];      // rgb: W/(m^2 sr) of a white surface at one unit
     vec4 output_scale;                    // x: what outputs are multiplied by: exposure, if displayed
