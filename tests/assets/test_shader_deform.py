@@ -44,6 +44,7 @@ def test_deformations(line: str, deforms: tuple[Deform, ...]) -> None:
         "deformvertexes wave 64 sin 1 2 3",
         "deformvertexes wave",
         "deformvertexes wave 0 sin 1 2 3 4",
+        "deformvertexes wave 1e-40 sin 1 2 3 4",
         "deformvertexes move 1 2 sin 0 1 0 1",
         "deformvertexes move 1 2 3 wobble 0 1 0 1",
     ],

@@ -18,7 +18,8 @@ from followspot.passes.view import View
 from followspot.scene.camera import Camera
 from followspot.scene.deform import Deforms, deformed
 from followspot.scene.material import Material
-from synthetic import Piece, camera, floor, image_archive, make_scene, quad
+from followspot.scene.settings import Settings
+from synthetic import Piece, camera, floor, image_archive, make_scene, of, point, quad
 
 pytestmark = pytest.mark.gl
 
@@ -99,3 +100,44 @@ def test_surfaces_move_and_swell(draw: Draw, archive: Archive) -> None:
             found, _ = shown(draw, archive, moving, view, stage)
             _, expected = shown(draw, archive, there, view, stage)
             assert np.isclose(found, expected, rtol=1e-3, atol=1e-3).mean() > 0.995
+
+
+def test_light_is_that_of_where_a_surface_rests(draw: Draw) -> None:
+    """Raised straight up towards the camera, it keeps the radiance that each of its points had."""
+    raised = Deforms((Move((0, 0, 50), Wave(Shape.SIN, 1, 0, 0, 0)),))
+    ground, lamp = quad((0, 0, 0), (60, 0, 0), (0, 60, 0)), point((10, 5, 80), 900)
+    low, high = camera((0, 0, 150), 0, 90, 60), camera((0, 0, 200), 0, 90, 60)
+    settings = Settings(sky_light=False)
+    (moving,) = of(Material("raised", deforms=raised), ground)
+    expected = draw(make_scene([ground], lamp), low, View.DIRECT, settings)
+    found = draw(make_scene([moving], lamp), high, View.DIRECT, settings)
+    assert (expected > 0).mean() > 0.2
+    np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-3 * expected.max())
+
+
+@pytest.mark.parametrize("is_turned", [False, True])
+def test_sprites_are_lit_and_cast_nothing(draw: Draw, is_turned: bool) -> None:
+    """Whichever way round their triangles are in the file."""
+    piece = quad((200, 0, 0), (0, -30, 0), (0, 0, 30))
+    if is_turned:
+        piece = replace(piece, indices=piece.indices[::-1].copy())
+    (sprite,) = of(Material("sprite", deforms=Deforms(sprite=Sprite.WHOLE)), piece)
+    wall = quad((260, 0, 0), (0, -200, 0), (0, 0, 200))
+    scene = make_scene([sprite, wall], point((0, 0, 20), 900))
+    mesh = deformed(scene.mesh, [each.deforms for each in scene.materials])
+    scene = replace(scene, level=replace(scene.level, mesh=mesh))
+    visibility = draw(scene, camera((0, 0, 0), fov=60), View.SHADOW)
+    assert (visibility == 1).all()
+
+
+def test_a_sprite_that_is_no_rectangle_is_drawn_as_it_rests(draw: Draw) -> None:
+    whole = quad((200, 0, 0), (0, -30, 0), (0, 0, 30))
+    piece = replace(whole, vertices=whole.vertices[:3], indices=np.array([0, 2, 1], np.uint32))
+    (sprite,) = of(Material("sprite", deforms=Deforms(sprite=Sprite.WHOLE)), piece)
+    scene = make_scene([sprite])
+    mesh = deformed(scene.mesh, [each.deforms for each in scene.materials])
+    turned = replace(scene, level=replace(scene.level, mesh=mesh))
+    view = camera((0, 0, 0), fov=60)
+    found, expected = (draw(s, view, View.DEPTH) for s in (turned, make_scene([piece])))
+    assert np.isfinite(expected).any()
+    np.testing.assert_array_equal(found, expected)

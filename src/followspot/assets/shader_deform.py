@@ -46,6 +46,9 @@ class Sprite(Enum):
 
 Deform = Swell | Move | Sprite
 
+SHORTEST = 1e-6
+"""Units that a wave is long at least: so many periods of it in a unit stay a finite float."""
+
 _SPRITES = {sprite.value: sprite for sprite in Sprite}
 _LEFT_OUT = ("bulge", "normal", "projectionshadow", *(f"text{k}" for k in range(8)))
 
@@ -57,8 +60,8 @@ def read_deform(deform: Directive, wrong: list[str]) -> Deform | None:
         return _SPRITES[deform.word]
     if deform.word == "wave":
         if (given := read_numbers(args, 1, wrong)) and (wave := read_wave(args[1:], wrong)):
-            if given[0] == 0:
-                wrong.append("a length that is not 0")
+            if abs(given[0]) < SHORTEST:
+                wrong.append(f"a length of {SHORTEST:g} or more")
                 return None
             return Swell(1 / given[0] if wave.frequency else 0.0, wave)
     elif deform.word == "move":

@@ -5,6 +5,7 @@ Readers as in `shader_values`. The semantics are those of ioquake3's
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -55,33 +56,38 @@ class Wave(NamedTuple):
     frequency: float
 
 
-class Scroll(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Scroll:
     """What is added to the coordinates in a second, whole numbers taken off."""
 
     s: float
     t: float
 
 
-class Scale(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Scale:
     """Factors of the coordinates."""
 
     s: float
     t: float
 
 
-class Rotate(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Rotate:
     """Degrees a second by which an image turns clockwise about its middle."""
 
     degrees: float
 
 
-class Stretch(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Stretch:
     """The factor by which an image grows about its middle."""
 
     wave: Wave
 
 
-class Transform(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Transform:
     """``s' = a s + c t + e`` and ``t' = b s + d t + f``."""
 
     a: float
@@ -92,7 +98,8 @@ class Transform(NamedTuple):
     f: float
 
 
-class Turbulence(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Turbulence:
     """A swaying that runs through space: what a sine wave of this phase adds to coordinates.
 
     Args:
@@ -157,8 +164,13 @@ def read_tc_mod(mod: Directive, wrong: list[str]) -> TcMod | None:
 
 
 def read_wave(args: Sequence[str], wrong: list[str]) -> Wave | None:
-    """A wave's name and four numbers; none where that is not what is there."""
-    shape = _WAVES.get(args[0].lower()) if args else None
+    """A wave's name and four numbers; none where that is not what is there, and for noise, which is
+    left out here.
+    """
+    name = args[0].lower() if args else ""
+    if name == "noise":
+        return None
+    shape = _WAVES.get(name)
     if shape is None:
         wrong.append(_WAVE)
         return None
@@ -167,7 +179,7 @@ def read_wave(args: Sequence[str], wrong: list[str]) -> Wave | None:
 
 
 def read_color_wave(rgb_gen: Directive, wrong: list[str]) -> Wave | None:
-    """``rgbGen wave <wave>``; none for other colours, and for noise, which is left out here."""
+    """``rgbGen wave <wave>``; none for other colours."""
     known_words(rgb_gen, _RGB_GENS, wrong)
     return _wave_after(rgb_gen, wrong)
 
@@ -190,10 +202,7 @@ def check_anim_map(anim_map: Directive, wrong: list[str]) -> None:
 
 
 def _wave_after(directive: Directive, wrong: list[str]) -> Wave | None:
-    args = directive.args[1:]
-    if directive.word != "wave" or (args and args[0].lower() == "noise"):
-        return None
-    return read_wave(args, wrong)
+    return read_wave(directive.args[1:], wrong) if directive.word == "wave" else None
 
 
 def read_numbers(args: Sequence[str], count: int, wrong: list[str]) -> list[float] | None:

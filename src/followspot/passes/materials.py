@@ -69,7 +69,8 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
     motion, layer_motion = material.motion, material.layer_motion
     is_layered = material.layer is not None
     layer_apart = is_layered and motion.tc_mods != layer_motion.tc_mods
-    has_own_shadow = material.sides is Sides.FRONT and material.shade is Shade.LIT
+    is_sprite = material.deforms.sprite is not None
+    has_own_shadow = material.sides is Sides.FRONT and material.shade is Shade.LIT and not is_sprite
     return Variant(
         material.alpha_test is not None,
         material.sides is not Sides.FRONT,
@@ -87,7 +88,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         motion.pulses,
         bool(material.deforms.moves),
         material.deforms.swell is not None,
-        material.deforms.sprite is not None,
+        is_sprite,
     )
 
 

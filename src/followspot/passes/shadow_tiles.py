@@ -122,7 +122,7 @@ class ShadowTiles:
             np.concatenate([scene.mesh.faces["maxs"], scene.crowd.maxs]),
         )
         materials = scene.materials
-        self._casts = np.array([m.blend is None for m in materials], bool)
+        self._casts = np.array([m.casts for m in materials], bool)
         self._one_sided = np.array([not m.is_two_sided for m in materials], bool)
         # Solid casters of one state need not be told apart: each draws as the first of its state.
         first: dict[object, int] = {}

@@ -150,10 +150,11 @@ def inspect_pixel(renderer: Renderer, frame: FrameInput, x: int, y: int) -> Pixe
     position = None if is_sky else frame.camera.position + ray * depth
     shadows: tuple[ShadowLookup, ...] = ()
     if surface is not None and position is not None:
+        lit_at = surface.weights @ surface.corners["position"].astype(np.float64)
         shadows = tuple(
-            _look_up(renderer, frame, number, surface, position, normal)
+            _look_up(renderer, frame, number, surface, lit_at, normal)
             for number, light in enumerate(frame.shadowed)
-            if not isinstance(light, CubeSide) or _is_on_side(light, position)
+            if not isinstance(light, CubeSide) or _is_on_side(light, lit_at)
         )
     return PixelReport(
         x=x,

@@ -92,7 +92,7 @@ class RayTracer:
         self._albedo = albedo
         material = scene.mesh.material_of_triangle
         materials = scene.materials
-        casts = np.array([m.blend is None for m in materials], bool)
+        casts = np.array([m.casts for m in materials], bool)
         cut_out = np.array([m.alpha_test is not None for m in materials], bool)
         drawn = [(m.sides is not Sides.BACK, m.sides is not Sides.FRONT) for m in materials]
         self._drawn = np.array(drawn, bool).reshape(-1, 2)[material]  # from the front, the back

@@ -129,8 +129,31 @@ def deformed(mesh: Mesh, deforms: list[Deforms]) -> Mesh:
         vertices=vertices,
         indices=indices,
         faces=faces,
-        sprites=sprites if sprites.any() else None,
+        sprites=sprites if any(each.sprite is not None for each in deforms) else None,
     )
+
+
+def at_time(mesh: Mesh, deforms: list[Deforms], seconds: float) -> Mesh:
+    """A mesh with its vertices where they are drawn at a time, but sprites as they rest.
+
+    Args:
+        mesh: As `deformed` made it.
+        deforms: By material.
+        seconds: The time.
+    """
+    moving = [k for k, each in enumerate(deforms) if each.moves or each.swell is not None]
+    if not moving:
+        return mesh
+    vertices = mesh.vertices.copy()
+    for number in moving:
+        faces = mesh.faces[mesh.faces["material"] == number]
+        which = np.unique(mesh.indices[run_members(faces["first_index"], faces["index_count"])])
+        base, amplitude, phase, spread = deforms[number].swelling(seconds)
+        rest = vertices["position"][which].astype(np.float64)
+        height = base + amplitude * np.sin(math.tau * (phase + spread * rest.sum(axis=1)))
+        away = vertices["normal"][which] * height[:, np.newaxis]
+        vertices["position"][which] = rest + away + deforms[number].moved(seconds)
+    return replace(mesh, vertices=vertices)
 
 
 def _rectangles(mesh: Mesh, faces: Ints) -> tuple[Ints, Ints]:

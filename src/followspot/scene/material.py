@@ -114,6 +114,11 @@ class Material:
         return (self.motion, self.layer_motion, self.deforms) != (STILL, STILL, RIGID)
 
     @property
+    def casts(self) -> bool:
+        """Whether it is drawn into shadow maps: not what is seen through, nor what turns to you."""
+        return self.blend is None and self.deforms.sprite is None
+
+    @property
     def uses_alpha(self) -> bool:
         """Whether the image's alpha matters."""
         return self.alpha_test is not None or self.blend is not None

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from followspot.arrays import Floats, Mask
 from followspot.assets.shader_values import Sides
+from followspot.scene.deform import at_time
 from followspot.scene.figure import FigurePart
 from followspot.scene.material import Material
 from followspot.scene.mesh import FACE, VERTEX, Mesh
@@ -28,7 +29,8 @@ class Crossing:
         material: What the triangle is made of.
         face: Number of the mesh's face, if it belongs to the level.
         character: Name of the figure, if it belongs to a character.
-        corners: (3,) of VERTEX in world space.
+        corners: (3,) of VERTEX in world space; of what moves in the level as it rests, which is
+            where light finds it.
         weights: (3,) of the corners at the crossing.
     """
 
@@ -47,17 +49,18 @@ def crossings(scene: Scene, start: Vec3, end: Vec3, seconds: float = 0.0) -> lis
         scene: Level and characters.
         start: (3,) world units.
         end: (3,) world units.
-        seconds: The time, by which characters move.
+        seconds: The time, by which characters and surfaces move; sprites do not turn.
     """
-    found = [*_of_level(scene, start, end), *_of_characters(scene, start, end, seconds)]
+    found = [*_of_level(scene, start, end, seconds), *_of_characters(scene, start, end, seconds)]
     return sorted(found, key=lambda crossing: crossing.fraction)
 
 
-def _of_level(scene: Scene, start: Vec3, end: Vec3) -> Iterator[Crossing]:
+def _of_level(scene: Scene, start: Vec3, end: Vec3, seconds: float) -> Iterator[Crossing]:
     mesh = scene.mesh
+    drawn = at_time(mesh, [material.deforms for material in scene.materials], seconds)
     near = _boxes_met(mesh.faces["mins"], mesh.faces["maxs"], start, end)
     chosen = np.repeat(near, mesh.faces["index_count"] // 3)
-    for triangle, fraction, weights, from_front in _met(mesh, chosen, start, end):
+    for triangle, fraction, weights, from_front in _met(drawn, chosen, start, end):
         face = int(np.searchsorted(mesh.faces["first_index"], 3 * triangle, side="right")) - 1
         material = scene.materials[mesh.faces["material"][face]]
         if _is_drawn(material, from_front=from_front):
