@@ -9,6 +9,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
+from followspot.errors import UsageError
 from followspot.gpu import blocks, gl
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import SHADERS, ShaderError, ShaderFolder
@@ -30,6 +31,9 @@ from followspot.scene.settings import Settings
 from followspot.spaces import Mat4
 
 PASSES = ("shadow", "clear", "surfaces", "characters", "sky", "blended", "overlay")
+LONGEST = 1e9
+"""Seconds of a frame's time at most, either way."""
+
 TimedPass = Callable[[str], AbstractContextManager[object]]
 
 
@@ -56,7 +60,7 @@ class FrameInput:
         shadowed: What its shadow maps look into; see `lighting.shadowed`.
 
     Raises:
-        UsageError: there are more lights than a frame holds.
+        UsageError: there are more lights than a frame holds, or no such time.
     """
 
     scene: Scene
@@ -71,6 +75,8 @@ class FrameInput:
     shadowed: tuple[SpotLight, ...] = field(init=False)
 
     def __post_init__(self) -> None:
+        if not abs(self.time) <= LONGEST:
+            raise UsageError(f"expected a time of at most {LONGEST:,.0f} s, found {self.time}")
         lights = lighting.in_order(self.scene.lights)
         object.__setattr__(self, "lights", lights)
         object.__setattr__(self, "shadowed", lighting.shadowed(lights, self.settings))

@@ -17,6 +17,7 @@ from followspot.spaces import Mat4
 _HARDEST_RIM = 1e-6
 """Cosine that the rim takes at least; a float32 cosine near 1 has steps of 6e-8."""
 
+_SIDES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 _AXES = ("POS_X", "NEG_X", "POS_Y", "NEG_Y", "POS_Z", "NEG_Z")
 
 
@@ -45,6 +46,16 @@ def shadowed(lights: tuple[Light, ...], settings: Settings) -> tuple[SpotLight, 
         return ()
     sides = [side for light in casting_around(lights) for side in light.sides]
     return (*casting(lights), *sides)
+
+
+def names(shadowed: Sequence[SpotLight]) -> list[str]:
+    """What to call each of what shadow maps look into, by number if its light has no name."""
+    spots = shadow_tiles.spot_count(shadowed)
+    found = [light.name or f"spot {number}" for number, light in enumerate(shadowed[:spots])]
+    for number, side in enumerate(shadowed[spots:]):
+        point, axis = divmod(number, blocks.SIDES)
+        found.append(f"{side.name or f'point {point}'} {_SIDES[axis]}")
+    return found
 
 
 def counts(

@@ -10,13 +10,17 @@ from followspot.passes.programs import SHADOW_ATLAS, over_picture
 from followspot.passes.shadow import ShadowPass
 from followspot.passes.shadow_fit import ShadowFrustum
 from followspot.passes.shadow_reading import read_distance
+from followspot.scene.light import CubeSide
 
 _THINNEST = 1.0
 """Units between the distances that are darkest and lightest, at least."""
 
+_AROUND = (-1.0, 256.0)
+"""Of the sides of point lights' cubes, which are looked at together: 256 units are half-way."""
+
 
 class ShadowPreview:
-    """Greys for distances from the nearest to the farthest, in a texture of the map's own size.
+    """Greys for distances from the nearest to the farthest, in a texture of a tile's own size.
 
     Args:
         context: Where it lives.
@@ -33,7 +37,7 @@ class ShadowPreview:
         self._between = (0.0, 1.0)
 
     def draw(self, shadow: ShadowPass, number: int) -> moderngl.Texture:
-        """Show the map of light `number` as it is now. Not inside a frame.
+        """Show the map of light or side `number` as it is now. Not inside a frame.
 
         What is nearest and farthest is looked for where the map covers something new; that waits
         for the GPU.
@@ -89,6 +93,8 @@ class ShadowPreview:
 
 def _between(shadow: ShadowPass, number: int) -> tuple[float, float]:
     """Distances along light `number`'s axis, in units, of what is nearest and farthest."""
+    if isinstance(shadow.layout.lights[number], CubeSide):
+        return _AROUND
     distance = read_distance(shadow, number)
     hit = distance[np.isfinite(distance)]
     if not hit.size:

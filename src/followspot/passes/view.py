@@ -23,7 +23,8 @@ class View(enum.StrEnum):
     DEPTH = "depth"
     """Distance along the view axis in units; infinite where there is nothing."""
     SHADOW_MAP = "shadow-map"
-    """The key light's depth map: distance along its axis in units, at the map's own size."""
+    """The key light's depth map: distance along its axis in units, as large as a tile; of a point
+    light the six sides of a cube, unfolded."""
 
     @property
     def is_light(self) -> bool:

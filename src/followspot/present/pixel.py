@@ -44,8 +44,7 @@ class ShadowLookup:
     """A surface point looked up in one light's shadow map.
 
     Attributes:
-        light: The light's name, or its number among those with a map; a point light's with the side
-            of its cube.
+        light: What `lighting.names` calls it; a point light with the side of its cube.
         light_space: (4,) homogeneous place in the atlas, moved off the surface by the bias.
         divided: (3,) the same after the division, in [0, 1]; the third is what is compared.
         texel: Column and row in the light's tile, from the top left.
@@ -236,7 +235,7 @@ def _look_up(
     stored = shadow.read_depths(tile, (column, size - 1 - row, 1, 1))
     distances = tile.frustum.distances
     return ShadowLookup(
-        light=light.name or str(number),
+        light=lighting.names(frame.shadowed)[number],
         light_space=light_space,
         divided=divided,
         texel=(column, size - 1 - row),

@@ -52,9 +52,9 @@ class PointLight:
                 axis * sign + 0.0,  # no -0, which would turn the lower side round
                 math.pi / 4,
                 self.power / 6,
-                name=f"{self.name or 'point'} {'+' if sign > 0 else '-'}{letter}",
+                name=self.name,
             )
-            for axis, letter in zip(np.eye(3), "XYZ", strict=True)
+            for axis in np.eye(3)
             for sign in (1, -1)
         )
 

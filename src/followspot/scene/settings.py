@@ -33,9 +33,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         exposure: Display value per radiance; none lets it be chosen to suit.
         environment_mip: MIP level of the six-direction sum; none is the level of one texel.
         emission: Radiance in W/(m^2 sr) of a self-lit texel of value 1 (flames, beams).
-        shadow_map_size: Texels along an edge of a light's shadow map. One that is fitted consists
-            of two square tiles, which together have as many texels.
-        shadow_fit: Spends the map on what the camera sees instead of the light's whole cone: one
+        shadow_map_size: Texels along an edge of a spot light's shadow map. One that is fitted
+            consists of two square tiles, which together have as many texels; the sides of point
+            lights' cubes are tiles as large.
+        shadow_fit: Spends a spot light's map on what the camera sees instead of its whole cone: one
             tile for all of that, one for what is near to the camera.
         shadow_taps: Fetches along an edge of the shadow filter's square, each the mean of four
             comparisons; 1 is the hardware's filter alone.

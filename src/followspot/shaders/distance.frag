@@ -7,7 +7,8 @@ uniform ivec2 corner;             // of the light's wide tile, texels; its near 
 uniform int size;                 // texels along a tile's edge
 uniform vec4 near_from_wide;      // scale and shift, both tiles' edges at 0 and 1
 uniform vec2 planes;              // near and far, units
-uniform vec2 shown;               // distances that are darkest and lightest
+uniform vec2 shown;               // distances that are darkest and lightest; or, where the first is
+                                  // negative, the second is half-way there
 
 out vec4 value;
 
@@ -21,6 +22,7 @@ void main() {
     float ndc = 2.0 * depth - 1.0;
     float distance = 2.0 * planes.x * planes.y
         / (planes.x + planes.y - ndc * (planes.y - planes.x));
-    float share = clamp((distance - shown.x) / (shown.y - shown.x), 0.0, 1.0);
+    float share = shown.x < 0.0 ? distance / (distance + shown.y)
+                                : clamp((distance - shown.x) / (shown.y - shown.x), 0.0, 1.0);
     value = vec4(vec3(depth < 1.0 ? 0.05 + 0.85 * share : 1.0), 1.0);
 }

@@ -4,7 +4,7 @@ from functools import partial
 
 import msgspec
 
-from followspot.passes import lighting
+from followspot.passes import lighting, shadow_tiles
 from followspot.present import figures
 from followspot.present.renderer import Renderer
 from followspot.present.report.material import Material
@@ -12,6 +12,7 @@ from followspot.present.report.page import Picture, fill
 from followspot.present.report.pixels import Pixels, at_most, jpeg
 from followspot.present.report.section import Section
 from followspot.present.report.stage_numbers import measure
+from followspot.scene.light import casting
 
 DETAIL = 2
 """Pictures have so many times the report's size along an edge, for screens of fine pixels."""
@@ -41,7 +42,7 @@ def stages(material: Material) -> Section:
         for number, name in enumerate(names):
             material.on_progress(number / (len(names) + 1), name)
             drawn[name] = figures.draw(renderer, material.scene, material.camera, _STAGES[name])
-    map_size = len(drawn["shadow-map"]) if has_map else 0
+    map_size = shadow_tiles.tile_size(material.scene.settings)
     if has_map:
         drawn["shadow-map"] = at_most(MAP_SIZE, drawn["shadow-map"])
     material.on_progress(len(names) / (len(names) + 1), "measuring")
@@ -51,6 +52,7 @@ def stages(material: Material) -> Section:
         numbers=numbers,
         has_map=has_map,
         map_size=map_size,
+        is_cube=has_map and not casting(material.scene.lights),
         settings=material.scene.settings,
         picture=partial(_picture, drawn),
     )

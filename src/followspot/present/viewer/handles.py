@@ -8,8 +8,8 @@ from imgui_bundle.imguizmo import im_guizmo
 from numpy.typing import NDArray
 
 from followspot import spaces
-from followspot.passes.shadow_reading import UNFOLDED
 from followspot.passes.view import View
+from followspot.present.viewer.inspection import arranged
 from followspot.present.viewer.state import Lamp, Seen, State, Tool
 from followspot.scene.light import Light, SpotLight
 from followspot.spaces import Mat4
@@ -57,9 +57,9 @@ def _shadow_maps(state: State, seen: Seen) -> None:
             text = "No light casts shadows here."
             picture.add_text(((left + right) / 2 - 100, height / 2), _LINE, text)
             continue
-        cells, shape = (((0, 0),), (1, 1)) if len(maps) == 1 else (UNFOLDED, (3, 4))
-        edge = min((right - left) / shape[1], height / shape[0])
-        corner_x, corner_y = (left + right - shape[1] * edge) / 2, (height - shape[0] * edge) / 2
+        (columns, rows), cells = arranged(maps)
+        edge = min((right - left) / columns, height / rows)
+        corner_x, corner_y = (left + right - columns * edge) / 2, (height - rows * edge) / 2
         for texture, (row, column) in zip(maps, cells, strict=True):
             x, y = corner_x + column * edge, corner_y + row * edge
             picture.add_image(imgui.ImTextureRef(texture.glo), (x, y), (x + edge, y + edge))

@@ -7,6 +7,7 @@ import numpy as np
 
 from followspot.gpu.blocks import SIDES
 from followspot.gpu.gpu_scene import GpuScene
+from followspot.passes.shadow_reading import UNFOLDED
 from followspot.passes.sky_preview import SkyPreview
 from followspot.passes.thumbnails import Thumbnail, Thumbnails
 from followspot.passes.view import View
@@ -86,7 +87,7 @@ class Inspector:
             look = state.look_at((self._picked[0] + 0.5) / renderer.size[0])
             is_old = self._is_old(state, look, renderer.size)
         return Found(
-            key_maps=_key_maps(renderer) if has_maps and shows_key_map else (),
+            key_maps=key_maps(renderer) if has_maps and shows_key_map else (),
             shadow_map=None
             if asked.shadow_map is None or not has_maps
             else renderer.shadow_map_texture(asked.shadow_map),
@@ -119,10 +120,19 @@ class Inspector:
         self._thumbnails.release()
 
 
-def _key_maps(renderer: Renderer) -> tuple[moderngl.Texture, ...]:
-    is_cube = isinstance(renderer.pipeline.shadow.layout.lights[0], CubeSide)
+def key_maps(renderer: Renderer) -> tuple[moderngl.Texture, ...]:
+    """The key light's shadow map as the last frame left it, as greys; or the six of its cube."""
+    first = renderer.pipeline.shadow.layout.lights[:1]
+    is_cube = any(isinstance(light, CubeSide) for light in first)
     found = (renderer.shadow_map_texture(number) for number in range(SIDES if is_cube else 1))
     return tuple(texture for texture in found if texture is not None)
+
+
+def arranged(
+    maps: tuple[moderngl.Texture, ...],
+) -> tuple[tuple[int, int], tuple[tuple[int, int], ...]]:
+    """Columns and rows of a picture of `key_maps`, and row and column of each of them in it."""
+    return ((1, 1), ((0, 0),)) if len(maps) == 1 else ((4, 3), UNFOLDED)
 
 
 def _subject(

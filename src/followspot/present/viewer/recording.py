@@ -22,6 +22,7 @@ from followspot.present.frames import Picture
 from followspot.present.renderer import Renderer
 from followspot.present.viewer import canvas, handles
 from followspot.present.viewer.flown import Flown
+from followspot.present.viewer.inspection import arranged, key_maps
 from followspot.present.viewer.reel import Reel
 from followspot.present.viewer.state import Shot, State
 from followspot.scene.level import Level
@@ -188,10 +189,15 @@ def taken(renderer: Renderer, state: State, target: Target) -> Picture:
     """(h, w, 3) uint8 of what was drawn into a target, with shadow maps as the window has them."""
     picture: Picture = target.read()
     for look, part in zip(state.looks, canvas.halves(state, target.size), strict=True):
-        shadow_map = renderer.shadow_map_texture() if look.view is View.SHADOW_MAP else None
-        if shadow_map is not None:
+        maps = key_maps(renderer) if look.view is View.SHADOW_MAP else ()
+        if maps:
             x, y, width, height = part or (0, 0, *target.size)
-            greys = Image.frombytes("RGBA", shadow_map.size, shadow_map.read()).convert("RGB")
+            (columns, rows), cells = arranged(maps)
+            size = maps[0].width
+            greys = Image.new("RGB", (columns * size, rows * size), handles.BEHIND)
+            for texture, (row, column) in zip(maps, cells, strict=True):
+                side = Image.frombytes("RGBA", texture.size, texture.read()).convert("RGB")
+                greys.paste(side, (column * size, row * size))
             fitted = ImageOps.pad(greys, (width, height), color=handles.BEHIND)
             picture[y : y + height, x : x + width] = np.asarray(fitted)
     return picture

@@ -29,7 +29,7 @@ def show(state: State, seen: Seen) -> State:
         imgui.text_wrapped("No light casts shadows here.")
         return _settings(state)
     number = min(state.map_light, len(lights) - 1)
-    names = [light.name or f"spot {k}" for k, light in enumerate(lights)]
+    names = lighting.names(lights)
     imgui.set_next_item_width(imgui.get_content_region_avail().x * 0.4)
     _, number = imgui.combo("##light", number, names)
     state = replace(state, map_light=number, asked=replace(state.asked, shadow_map=number))
