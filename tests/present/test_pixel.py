@@ -10,6 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from figures import at, figure, with_characters
+from followspot.assets.shader_deform import Move
+from followspot.assets.shader_motion import Shape, Wave
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.errors import UsageError
 from followspot.passes.frame import FrameInput
@@ -19,6 +21,7 @@ from followspot.passes.view import View
 from followspot.present.pixel import PixelReport, ShadowLookup, inspect_pixel
 from followspot.present.renderer import Renderer
 from followspot.scene.camera import Camera
+from followspot.scene.deform import Deforms
 from followspot.scene.light import SpotLight
 from followspot.scene.load import load
 from followspot.scene.material import Material, Shade
@@ -156,6 +159,25 @@ def test_values_agree_all_over_a_scene(
     doubtful = sum(is_close_call(lookup) for lookup in lit)
     assert doubtful < 0.7 * len(lit)
     assert {round(lookup.arrives) for lookup in lit} == {0, 1}
+
+
+def test_a_surface_that_has_moved_is_found_where_it_is_drawn(renderer: Renderer) -> None:
+    """And its shadow is looked up where it rests."""
+    raised = Deforms((Move((0, 0, 60), Wave(Shape.SIN, 1, 0, 0, 0)),))
+    banner = of(Material("banner", deforms=raised), quad((0, 0, 0), (60, 0, 0), (0, 60, 0)))
+    # Above the banner at rest, below where it is drawn: it throws a shadow, and hides nothing.
+    slab, lamp = box((-10, -10, 20), (10, 10, 30)), point((3, 2, 200), 900)
+    scene = make_scene([floor(400, -80), *banner, *slab], lamp)
+    frame = frame_of(scene, camera((0, 0, 300), 0, 90, 60))
+    renderer.open(scene)
+    width, height = renderer.size
+    found = [inspect_pixel(renderer, frame, width // 2 + k, height // 2) for k in range(-20, 21, 4)]
+    for report in found:
+        assert report.surface is not None and report.surface.material == "banner"
+        assert report.position is not None and abs(report.position[2] - 60) < 0.01
+        key = report.shadows[0]
+        assert abs(report.visibility - key.arrives * key.is_lit) < 0.02
+    assert {round(report.visibility) for report in found} == {0, 1}
 
 
 def test_values_agree_in_the_courtyard(renderer: Renderer) -> None:

@@ -17,12 +17,16 @@ from PIL import Image
 from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.passes.view import View
+from followspot.present.renderer import Renderer
+from followspot.present.viewer import canvas, handles, recording
 from followspot.present.viewer.flight import Flight, Steering
 from followspot.present.viewer.flown import DEGREES, SHORTEST, UNITS, Flown, thinned
 from followspot.present.viewer.reel import WAITING, Reel
-from followspot.present.viewer.state import LONGEST_FRAME, Recording
+from followspot.present.viewer.state import LONGEST_FRAME, Look, Recording, State
 from followspot.scene.camera import Camera
 from followspot.scene.path import CameraPath
+from followspot.scene.settings import CullFace
+from synthetic import box, camera, make_scene, point
 
 
 def errors(path: CameraPath, moments: Floats) -> tuple[Floats, Floats]:
@@ -183,6 +187,27 @@ def screen() -> Iterator[str]:
 
 
 @pytest.mark.gl
+@pytest.mark.gl
+def test_pictures_have_all_sides_of_a_point_lights_cube(renderer: Renderer) -> None:
+    """Unfolded as `render` has them: the ends of the cross are white, its corners are behind it."""
+    pieces = box((-90, -90, -90), (90, 90, 90), inward=True)
+    here = camera((0, 0, 0))
+    scene = make_scene(pieces, point((0, 0, 0), 900), cameras={"start": here})
+    state = State.of(scene, here).with_settings(shadow_cull=CullFace.NONE)
+    renderer.open(scene)
+    state = canvas.prepared(renderer, replace(state, look=Look(View.SHADOW_MAP), panels=False))
+    canvas.draw(renderer, state)
+    shot = recording.taken(renderer, state, renderer.target())
+    height, width, _ = shot.shape
+    edge = min(width // 4, height // 3)
+    cells = (shot[height // 2 - 3 * edge // 2 :, width // 2 - 2 * edge :])[: 3 * edge, : 4 * edge]
+    middles = cells[edge // 2 :: edge, edge // 2 :: edge][:3, :4]
+    is_behind = (middles == handles.BEHIND).all(axis=2)
+    assert is_behind.tolist() == [[True, False, True, True], [False] * 4, [True, False, True, True]]
+    greys = middles[~is_behind]
+    assert np.ptp(greys.astype(int), axis=0).max() <= 1, "walls as far away in all directions"
+
+
 def test_screenshots_and_films(screen: str, tmp_path: Path) -> None:
     """What is in the files is what the scenario saw in the window."""
     play("recording", screen, tmp_path)
