@@ -189,8 +189,12 @@ def test_light_is_linear_in_power_and_lights_add_up(draw: Draw) -> None:
     def direct(*lights: Light) -> NDArray[np.float64]:
         return draw(scene.with_lights(*lights), view, View.DIRECT, DIM)
 
-    both = direct(red, blue)
+    bare = replace(red, casts_shadow=False)
+    np.testing.assert_allclose(
+        direct(bare, blue), direct(bare) + direct(blue), rtol=1e-5, atol=1e-9
+    )
     # Places in a wider atlas round differently, which shows where the filter mixes.
+    both = direct(red, blue)
     atol = 1e-4 * both.max()
     np.testing.assert_allclose(both, direct(red) + direct(blue), rtol=1e-5, atol=atol)
     np.testing.assert_allclose(direct(blue, red), direct(red, blue), rtol=1e-5, atol=1e-9)

@@ -36,6 +36,7 @@ out vec3 shadow_near[SHADOWS];  // x, y in the near tile, used from -w to w; and
 
 #include "common/offset.glsl"
 
+// Where a receiver is looked up in spot light i's tiles, moved as offset.glsl says.
 void place_in_tiles(int i, vec3 position, vec3 n) {
     vec3 ray = shadowed_ray[i].xyz;
     float cosine = dot(n, ray) * inversesqrt(dot(ray, ray));

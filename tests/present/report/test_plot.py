@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from PIL import Image
 from playwright.sync_api import sync_playwright
@@ -192,7 +192,8 @@ def test_series_take_the_pages_colours() -> None:
     assert set(re.findall(r"--series-\d", svg)) == {"--series-1", "--series-2"}
 
 
-@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.integers(2, 9))
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6), st.integers(2, 9))
+@example(low=879609.9999999999, size=1e-06, count=7)
 def test_linear_ticks_are_round_and_within_limits(low: float, size: float, count: int) -> None:
     high = low + size
     ticks = linear_ticks(low, high, count)

@@ -72,7 +72,8 @@ def linear_ticks(low: float, high: float, count: int) -> list[float]:
     step = 10.0 ** math.floor(math.log10(rough))
     step *= next(m for m in (1, 2, 5, 10) if step * m >= rough * (1 - 1e-9))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return [k * step for k in range(first, last + 1)]
+    # Between large limits close together, rounding may put a multiple beyond the one that it is at.
+    return [min(max(k * step, low), high) for k in range(first, last + 1)]
 
 
 def log_ticks(low: float, high: float, count: int) -> list[float]:
