@@ -65,7 +65,7 @@ SetOption = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Any other setting; repeatable: exposure, environment_mip, emission, "
+        help="Any other setting; repeatable: exposure, baked_light, environment_mip, emission, "
         "shadow_map_size, shadow_taps, shadow_cull (front, back, none), shadow_bias, "
         "shadow_normal_offset, shadow_slope_bias, shadow_fit, anisotropy, culling, redraw_shadows.",
     ),

@@ -10,6 +10,7 @@ from followspot.errors import AssetError
 from followspot.gpu import gl, textures
 from followspot.gpu.blocks import FRAME
 from followspot.gpu.characters import GpuCrowd
+from followspot.scene.baked import BakedLight
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
 
@@ -48,6 +49,9 @@ class GpuScene:
         vertices: The mesh's vertices, one buffer.
         tints: The mesh's tints, where it has any.
         sprites: What its sprites turn about, where it has any.
+        shown_baked: What the level's compiler baked, once it has been wanted; with it are there
+        lightmaps: all of them in one texture, and
+        baked: how that lights the mesh's vertices.
         frame_block: Uniform buffer for one `blocks.FRAME`.
         frame_block_holds: What it was last filled from; whoever fills it compares.
         crowd: The characters' figures.
@@ -70,6 +74,9 @@ class GpuScene:
         self.tints = None if tints is None else context.buffer(tints.tobytes())
         sprites = scene.mesh.sprites
         self.sprites = None if sprites is None else context.buffer(sprites.tobytes())
+        self.shown_baked: BakedLight | None = None
+        self.lightmaps: moderngl.Texture | None = None
+        self.baked: moderngl.Buffer | None = None
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
         self.frame_block_holds: object = None
         self._white = textures.upload(context, np.full((1, 1, 4), 255, np.uint8))
@@ -94,6 +101,15 @@ class GpuScene:
                     )
                 self._shown_as[reading] = shown
         self.sky = textures.upload_cube(context, scene.sky)
+
+    def upload_baked(self) -> None:
+        """See to it that baked light is there, if the level has any. Not inside a frame."""
+        baked, vertices = self.scene.level.baked, self.scene.mesh.baked
+        if self.shown_baked is not None or baked is None or vertices is None:
+            return
+        self.lightmaps = textures.upload_lightmaps(self.context, baked.image())
+        self.baked = self.context.buffer(vertices.tobytes() or bytes(20))
+        self.shown_baked = baked
 
     def image_of(self, material: Material) -> moderngl.Texture:
         """A material's base image, or white; materials that read one image alike share it."""
@@ -126,7 +142,7 @@ class GpuScene:
         """Give the GL objects back."""
         for texture in (*self._images.values(), self._white):
             texture.release()
-        buffers = self.vertices, self.tints, self.sprites, self.frame_block
-        for thing in (*buffers, self.sky, self.crowd):
+        buffers = self.vertices, self.tints, self.sprites, self.baked, self.frame_block
+        for thing in (*buffers, self.lightmaps, self.sky, self.crowd):
             if thing is not None:
                 thing.release()

@@ -49,6 +49,14 @@ def upload(
     return texture
 
 
+def upload_lightmaps(context: moderngl.Context, luxels: NDArray[np.float32]) -> moderngl.Texture:
+    """(h, w, 3) linear light; without MIP levels, in which faces would run into each other."""
+    size = luxels.shape[1::-1]
+    texture = context.texture(size, 3, luxels, dtype="f4", internal_format=gl.RGB9_E5)
+    texture.filter = moderngl.LINEAR, moderngl.LINEAR
+    return texture
+
+
 def upload_cube(context: moderngl.Context, sky: CubeMap) -> moderngl.TextureCube:
     """The sky's faces, already in GL's order and orientation."""
     size = sky.faces.shape[1]

@@ -135,7 +135,8 @@ class CharacterPass:
             return False
         frusta = tuple((tile.frustum, tile.finer) for tile in tiles)
         viewpoint = eye.tobytes(), clip_from_world.tobytes()
-        wanted = (seconds, viewpoint, frusta, may_be_seen is None)
+        baked = self._gpu_scene.shown_baked
+        wanted = (seconds, viewpoint, frusta, may_be_seen is None, baked)
         if wanted == self._updated:
             return False
         crowd, self._seconds = self._crowd, seconds
@@ -156,6 +157,8 @@ class CharacterPass:
         order = np.lexsort((depth, crowd.figure_of))
         order = order[(seen | casting)[order]]
         self._rows = crowd.instances(seconds, places, order)
+        if baked is not None:
+            self._rows[:, :, 3, 3] = baked.around(places[order, :3])
         figure_of, figures = crowd.figure_of[order], len(crowd.figures)
         boxes = crowd.boxes(self._rows, order)
         holds_eye = ((boxes[0] < eye) & (eye < boxes[1])).all(axis=1)

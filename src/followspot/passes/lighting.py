@@ -101,6 +101,11 @@ def write_lights(
             block["light_axis"][k] = *(-light.direction / width), -light.cos_rim / width
 
 
+def is_baked(scene: Scene, settings: Settings) -> bool:
+    """Whether light that was baked takes the environment's place."""
+    return settings.baked_light > 0 and scene.mesh.baked is not None
+
+
 def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     """Macros of surface.frag that stay while scene and settings do."""
     macros: dict[str, int | str] = {
@@ -120,7 +125,9 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
         macros["LIT_SIDES_CAST"] = 1
     if settings.albedo is not None:
         macros["ALBEDO"] = f"{settings.albedo:.9g}"
-    if settings.sky_light:
+    if settings.sky_light and is_baked(scene, settings):
+        macros["BAKED"] = f"{settings.baked_light:.9g}"
+    elif settings.sky_light:
         macros["SKY_LIGHT"] = 1
         towards = scene.sky.towards_axes(settings.environment_mip)
         for axis, radiance in zip(_AXES, towards, strict=True):

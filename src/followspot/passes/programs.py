@@ -14,7 +14,7 @@ from followspot.gpu.program import ShaderError, ShaderFolder
 from followspot.passes.materials import Variant
 from followspot.passes.view import SURFACE_VIEWS, View
 
-BASE_IMAGE, SHADOW_ATLAS, KEY_POSES, LAYER_IMAGE = 0, 1, 2, 3
+BASE_IMAGE, SHADOW_ATLAS, KEY_POSES, LAYER_IMAGE, LIGHTMAPS = 0, 1, 2, 3, 4
 """Texture units."""
 
 MAX_PROGRAMS = 128
@@ -27,6 +27,7 @@ _SAMPLERS = {
     "kept": BASE_IMAGE,
     "shadow_atlas": SHADOW_ATLAS,
     "key_poses": KEY_POSES,
+    "lightmaps": LIGHTMAPS,
 }
 
 Arrays = list[moderngl.VertexArray]

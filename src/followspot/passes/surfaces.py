@@ -10,7 +10,7 @@ from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
 from followspot.passes.materials import Variant, alpha_test_vector, set_state, variant_of
 from followspot.passes.motion import Mover
-from followspot.passes.programs import BASE_IMAGE, LAYER_IMAGE, Shader, SurfacePrograms
+from followspot.passes.programs import BASE_IMAGE, LAYER_IMAGE, LIGHTMAPS, Shader, SurfacePrograms
 from followspot.scene.material import Material
 
 
@@ -61,6 +61,8 @@ class SurfacePass:
             content.append((self._gpu_scene.tints, "4f", "in_tint"))
         if self._gpu_scene.sprites is not None:
             content.append((self._gpu_scene.sprites, "4f 3f 4x", "in_pivot", "in_axis"))
+        if self._gpu_scene.baked is not None:
+            content.append((self._gpu_scene.baked, "2f 3f", "in_luxel", "in_baked"))
         return [self._context.vertex_array(surface, content, self._indices, skip_errors=True)]
 
     def upload(self, opaque: DrawList, blended: DrawList) -> None:
@@ -82,6 +84,8 @@ class SurfacePass:
 
     def _draw(self, batches: tuple[Batch, ...], base: int, seconds: float) -> None:
         """Draw batches, changing only the state in which neighbours differ."""
+        if self._gpu_scene.lightmaps is not None:
+            self._gpu_scene.lightmaps.use(LIGHTMAPS)
         chosen, state = self.programs.chosen, None
         if chosen is not self._chosen:
             self._chosen, self._shaders = chosen, [chosen[look.variant] for look in self._looks]

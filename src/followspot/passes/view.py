@@ -17,7 +17,7 @@ class View(enum.StrEnum):
     DIRECT = "direct"
     """Light from the lights times the BSDF, without environment."""
     ENVIRONMENT = "environment"
-    """Light from the environment times the BSDF, without lights."""
+    """Light from the environment, or what was baked, times the BSDF, without lights."""
     SHADOW = "shadow"
     """How much of the key light reaches the point, 0 to 1; 0 outside its cone."""
     DEPTH = "depth"

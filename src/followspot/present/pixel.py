@@ -86,7 +86,7 @@ class PixelReport:
         visibility: Share of the key light that arrives.
         rho: (3,) Lambertian coefficients, those of blended surfaces blended in.
         direct: (3,) irradiance from all lights in W/m^2.
-        environment: (3,) irradiance from the environment in W/m^2.
+        environment: (3,) irradiance from the environment, or what was baked, in W/m^2.
         radiance: (3,) of the final picture in W/(m^2 sr), blended surfaces included.
         exposed: (3,) radiance times exposure: what is displayed, before the sRGB curve.
         displayed: (3,) uint8 of the picture.

@@ -164,7 +164,9 @@ def _environment(
     scene, albedo = both.scene, both.albedo
 
     def drawn(scene: Scene) -> Floats:
-        settings = msgspec.structs.replace(scene.settings, albedo=albedo, sky_light=True)
+        settings = msgspec.structs.replace(
+            scene.settings, albedo=albedo, sky_light=True, baked_light=0.0
+        )
         views = renderer.render(scene, camera, [View.ENVIRONMENT], settings=settings, linear=True)
         return views[View.ENVIRONMENT][seen].astype(np.float64)
 

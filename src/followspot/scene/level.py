@@ -12,6 +12,7 @@ from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.entities import entity_vector, model_number
 from followspot.assets.shader_script import ShaderScript
 from followspot.scene import bsp_tree, deform, material, patch
+from followspot.scene.baked import BakedLight
 from followspot.scene.material import FindImage, Material
 from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
 
@@ -81,12 +82,14 @@ class Level:
         mesh: Everything that is drawn, brush models at their entities' origins.
         materials: The mesh's faces name them by number.
         visibility: What can be seen from where.
+        baked: What its compiler has lit it by, if it has one.
     """
 
     bsp: BspFile
     mesh: Mesh
     materials: tuple[Material, ...]
     visibility: Visibility
+    baked: BakedLight | None = None
 
 
 def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, tolerance: float) -> Level:
@@ -116,14 +119,15 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     wanted = material_of_shader[bsp.faces["shader"]] >= 0
     wanted &= has_triangles & (bsp.faces["type"] != FaceType.FLARE)
     offsets = _model_offsets(bsp)
-    parts = [_polygons(bsp, wanted, offsets), _patches(bsp, wanted, offsets, tolerance)]
+    baked = BakedLight(bsp)
+    parts = [_polygons(baked, wanted, offsets), _patches(baked, wanted, offsets, tolerance)]
     materials = tuple(found[number] for number in order)
     fades = any(each.fades for each in materials)
     mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]], tinted=fades)
     mesh = deform.deformed(mesh, [each.deforms for each in materials])
 
     visibility = Visibility(bsp, level_face, _seen_from_everywhere(bsp))
-    return Level(bsp, mesh, materials, visibility)
+    return Level(bsp, mesh, materials, visibility, baked)
 
 
 def _seen_from_everywhere(bsp: BspFile) -> Mask:
@@ -140,11 +144,15 @@ def _seen_from_everywhere(bsp: BspFile) -> Mask:
     return everywhere
 
 
+_VERTEX = np.dtype([*VERTEX.descr, ("baked", "<f4", 5)])
+"""With a row of `Mesh.baked`."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Part:
     """Triangles of some of the level's faces: vertices, indices, and each face's run of them.
 
-    `alpha` is the vertices' own, 0 to 1.
+    `vertices` are of _VERTEX; `alpha` is their own, 0 to 1.
     """
 
     vertices: NDArray[np.void]
@@ -170,23 +178,26 @@ def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
 
 
 def _moved_vertices(
-    bsp: BspFile, faces: Ints, offsets: NDArray[np.float32]
+    baked: BakedLight, faces: Ints, offsets: NDArray[np.float32]
 ) -> tuple[NDArray[np.void], NDArray[np.float32], Ints]:
     """The vertices of some faces at their places, their alpha, and where each face's begin."""
+    bsp = baked.bsp
     count = bsp.faces["vertex_count"][faces].astype(np.int64)
     source = run_members(bsp.faces["first_vertex"][faces], count)
-    vertices = np.empty(len(source), VERTEX)
+    vertices = np.empty(len(source), _VERTEX)
     for name in ("position", "normal", "texcoord"):
         vertices[name] = bsp.vertices[name][source]
     vertices["position"] += np.repeat(offsets[faces], count, axis=0)
+    vertices["baked"] = baked.at_vertices(source, np.repeat(faces, count))
     alpha = bsp.vertices["color"][source, 3] / np.float32(255)
     return vertices, alpha, np.cumsum(count) - count
 
 
-def _polygons(bsp: BspFile, wanted: Mask, offsets: NDArray[np.float32]) -> _Part:
+def _polygons(baked: BakedLight, wanted: Mask, offsets: NDArray[np.float32]) -> _Part:
     """Polygons and triangle soups, whose triangles are in the file."""
+    bsp = baked.bsp
     faces = np.flatnonzero(wanted & (bsp.faces["type"] != FaceType.PATCH))
-    vertices, alpha, starts = _moved_vertices(bsp, faces, offsets)
+    vertices, alpha, starts = _moved_vertices(baked, faces, offsets)
     count = bsp.faces["index_count"][faces].astype(np.int64)
     in_face = bsp.indices[run_members(bsp.faces["first_index"][faces], count)]
     indices = (in_face + np.repeat(starts, count)).astype(np.uint32)
@@ -209,10 +220,13 @@ def _renormalise(vertices: NDArray[np.void], indices: NDArray[np.uint32]) -> Non
         vertices["normal"][lacks] = given[lacks]
 
 
-def _patches(bsp: BspFile, wanted: Mask, offsets: NDArray[np.float32], tolerance: float) -> _Part:
+def _patches(
+    baked: BakedLight, wanted: Mask, offsets: NDArray[np.float32], tolerance: float
+) -> _Part:
     """Bezier patches, cut into triangles; all of one has the mean alpha of its control points."""
+    bsp = baked.bsp
     faces = np.flatnonzero(wanted & (bsp.faces["type"] == FaceType.PATCH))
-    control, alpha, starts = _moved_vertices(bsp, faces, offsets)
+    control, alpha, starts = _moved_vertices(baked, faces, offsets)
     made = patch.tessellate(control, starts, bsp.faces["patch_size"][faces], tolerance)
     if len(faces):
         control_count = np.diff(starts, append=len(alpha))
@@ -226,7 +240,10 @@ def _join(
     parts: list[_Part], material_of_face: NDArray[np.int32], *, tinted: bool
 ) -> tuple[Mesh, Ints]:
     """One mesh with its faces sorted by material, and the level's number of each of them."""
-    vertices = np.concatenate([part.vertices for part in parts])
+    given = np.concatenate([part.vertices for part in parts])
+    vertices = np.empty(len(given), VERTEX)
+    for name in VERTEX.names or ():
+        vertices[name] = given[name]
     tints = None
     if tinted:
         tints = np.ones((len(vertices), 4), np.float32)
@@ -252,4 +269,5 @@ def _join(
         runs = vertices["position"], indices, faces["first_index"]
         faces["mins"], faces["maxs"] = face_boxes(*runs)
         faces["normal"], faces["distance"] = face_planes(*runs)
-    return Mesh(vertices, indices, faces, tints), level_face
+    baked = np.ascontiguousarray(given["baked"])
+    return Mesh(vertices, indices, faces, tints, baked=baked), level_face

@@ -50,6 +50,7 @@ class Mesh:
         sprites: (v, 8) float32 of vertices that turn to the camera: the place in units that they
             turn about, units from there, and the axis that they turn about, or none for those that
             keep to the picture's plane; 0 of all others. None where there are none.
+        baked: (v, 5) float32 as of `BakedLight.at_vertices`; none of a mesh that nobody has lit.
     """
 
     vertices: NDArray[np.void]
@@ -57,6 +58,7 @@ class Mesh:
     faces: NDArray[np.void]
     tints: NDArray[np.float32] | None = None
     sprites: NDArray[np.float32] | None = None
+    baked: NDArray[np.float32] | None = None
 
     @property
     def triangle_count(self) -> int:

@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from followspot.arrays import Floats, Ints
 from followspot.errors import UsageError
 from followspot.scene import patch_segments
-from followspot.scene.mesh import VERTEX
 
 SAME_PLACE = 1 / 16
 """Units: control points in one cell of this size count as one when borders are compared. Level
@@ -39,7 +38,7 @@ class Tessellation:
     """Patches as triangles, front faces clockwise like those of a level's polygons.
 
     Attributes:
-        vertices: (v,) of VERTEX; each patch has its own, a grid row by row.
+        vertices: (v,) with the control points' fields; each patch has its own, a grid row by row.
         indices: (i,) uint32 into `vertices`, three a triangle, none of them without area.
         first_vertex: (p,) where a patch's vertices begin; patches lie in the order given.
         grid_size: (p, 2) width and height of a patch's grid of vertices.
@@ -72,6 +71,7 @@ def tessellate(
     Args:
         control: (n,) control points with the fields of VERTEX; positions in units, all finite.
             Normals need not be unit; where they vanish, those of the triangles take their place.
+            Vectors of other fields are interpolated as well.
         first_control: (p,) int, where each patch's control points begin, row by row.
         size: (p, 2) int, width and height of its grid, odd and at least 3, all within `control`.
         tolerance: Largest distance in units, above 0.
@@ -98,7 +98,7 @@ def tessellate(
     width = grid_size[pieces.patch, 0]
     corner = first_vertex[pieces.patch] + row * width + column
 
-    vertices = np.empty(grid_size.prod(axis=1).sum(), VERTEX)
+    vertices = np.empty(grid_size.prod(axis=1).sum(), control.dtype)
     _evaluate(vertices, control, pieces.control, segments[pieces.strips], corner, width)
     triangles, patch = _triangles(vertices["position"], first_vertex, grid_size)
     _make_unit(vertices, triangles)
@@ -198,7 +198,7 @@ def _evaluate(
     """Fill in the vertices of all pieces; those on common borders are written twice, alike.
 
     Args:
-        vertices: (v,) of VERTEX, written.
+        vertices: (v,) written.
         control: (n,) control points.
         pieces: (m, 3, 3) numbers of their control points.
         segments: (m, 2) along u and v.
@@ -210,7 +210,7 @@ def _evaluate(
         member = np.flatnonzero(kind == number)
         target = corner[member, None, None] + np.arange(along_u + 1)
         target = target + width[member, None, None] * np.arange(along_v + 1)[:, None]
-        for name in VERTEX.fields or ():
+        for name in control.dtype.names or ():
             # Adding 0 turns -0 into 0: the same place, but not the same bits.
             values = control[name][pieces[member]].astype(np.float64) + 0.0
             curves = patch_segments.on_curves(values.swapaxes(0, 1), along_v)  # (v, m, 3, k)

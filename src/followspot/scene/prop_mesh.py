@@ -53,8 +53,17 @@ def with_props(level: Level, props: Sequence[Prop]) -> Level:
     faces = faces[order]
     indices = indices[run_members(faces["first_index"], faces["index_count"])]
     faces["first_index"] = np.cumsum(faces["index_count"]) - faces["index_count"]
-    joined = Mesh(vertices, indices, faces, _tints(mesh, surfaces), _sprites(mesh, len(vertices)))
-    return Level(level.bsp, joined, tuple(materials), _visibility(level, joined, order))
+    joined = Mesh(
+        vertices,
+        indices,
+        faces,
+        _tints(mesh, surfaces),
+        _sprites(mesh, len(vertices)),
+        _baked(level, vertices),
+    )
+    return Level(
+        level.bsp, joined, tuple(materials), _visibility(level, joined, order), level.baked
+    )
 
 
 def _tints(mesh: Mesh, surfaces: Sequence[PropSurface]) -> NDArray[np.float32] | None:
@@ -75,6 +84,14 @@ def _sprites(mesh: Mesh, vertices: int) -> NDArray[np.float32] | None:
     if mesh.sprites is None:
         return None
     return np.pad(mesh.sprites, ((0, vertices - len(mesh.vertices)), (0, 0)))
+
+
+def _baked(level: Level, vertices: NDArray[np.void]) -> NDArray[np.float32] | None:
+    """What lights the level's vertices, and props' behind them by the places they are at."""
+    if level.baked is None or level.mesh.baked is None:
+        return None
+    places = vertices["position"][len(level.mesh.vertices) :].astype(np.float64)
+    return np.concatenate([level.mesh.baked, level.baked.at_points(places)])
 
 
 def _visibility(level: Level, mesh: Mesh, order: Ints) -> Visibility:

@@ -33,6 +33,9 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         exposure: Display value per radiance; none lets it be chosen to suit.
         environment_mip: MIP level of the six-direction sum; none is the level of one texel.
         emission: Radiance in W/(m^2 sr) of a self-lit texel of value 1 (flames, beams).
+        baked_light: Radiance in W/(m^2 sr) of a white surface that the level's compiler has lit so
+            that textures look as they were painted. What it baked takes the environment's place;
+            0 leaves it out.
         shadow_map_size: Texels along an edge of a spot light's shadow map. One that is fitted
             consists of two square tiles, which together have as many texels; the sides of point
             lights' cubes are tiles as large.
@@ -63,6 +66,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     exposure: Annotated[float, Meta(gt=0, le=1e6)] | None = None
     environment_mip: NonNegative | None = None
     emission: NonNegative = 1.0
+    baked_light: NonNegative = 0.0
     shadow_map_size: Annotated[int, Meta(ge=16, le=8192)] = 1024
     shadow_fit: bool = True
     shadow_taps: Annotated[int, Meta(ge=1, le=4)] = 1

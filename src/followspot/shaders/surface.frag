@@ -12,6 +12,9 @@
 uniform sampler2D base_image;          // linear light; a is coverage
 uniform sampler2D layer_image;         // likewise, laid over that
 uniform sampler2DShadow shadow_atlas;  // depth from the lights, compared by the fetch
+#if defined(BAKED) && !defined(POSED)
+uniform sampler2D lightmaps;           // linear light
+#endif
 uniform vec2 alpha_test;               // keep where a * x + y > 0
 #ifdef PULSES
 uniform vec2 pulse;                    // that texels are multiplied by: rgb, a
@@ -26,6 +29,12 @@ in vec2 layer_texcoord;
 #endif
 #if defined(TINTED) || defined(FADES)
 in vec4 tint;  // linear, that texels are multiplied by; or how far the layer covers them, its a
+#endif
+#ifdef BAKED
+in vec3 baked;  // light; where there are lightmaps, what they are multiplied by
+#ifndef POSED
+in vec2 luxel;
+#endif
 #endif
 flat in float scale;
 #if LIGHTS > MAPPED
@@ -119,6 +128,17 @@ vec3 radiance_from_lights(vec3 n) {
     return sum;
 }
 
+// Radiance of a white surface under what was baked for its place, or under the environment.
+vec3 radiance_from_around(vec3 n) {
+#if defined(BAKED) && defined(POSED)
+    return BAKED * baked;
+#elif defined(BAKED)
+    return BAKED * baked * texture(lightmaps, luxel).rgb;
+#else
+    return radiance_from_environment(n);
+#endif
+}
+
 // 1 where the key light arrives: inside its cone, on a side that faces it, behind nothing.
 float key_light_visibility(vec3 n) {
     const vec3 white = vec3(1.0);
@@ -176,17 +196,17 @@ void main() {
 #elif defined(FILTER)
     value.rgb = rho;
 #elif VIEW == VIEW_FINAL
-    value.rgb = rho * (radiance_from_lights(n) + radiance_from_environment(n) * scale);
+    value.rgb = rho * (radiance_from_lights(n) + radiance_from_around(n) * scale);
 #elif VIEW == VIEW_NORMALS
     value.rgb = n * 0.5 + 0.5;
 #elif VIEW == VIEW_LAMBERTIAN
     value.rgb = rho;
 #elif VIEW == VIEW_SHADING
-    value.rgb = radiance_from_lights(n) + radiance_from_environment(n) * scale;
+    value.rgb = radiance_from_lights(n) + radiance_from_around(n) * scale;
 #elif VIEW == VIEW_DIRECT
     value.rgb = rho * radiance_from_lights(n);
 #elif VIEW == VIEW_ENVIRONMENT
-    value.rgb = rho * radiance_from_environment(n) * scale;
+    value.rgb = rho * radiance_from_around(n) * scale;
 #elif VIEW == VIEW_SHADOW
     value.rgb = vec3(key_light_visibility(n));
 #elif VIEW == VIEW_DEPTH

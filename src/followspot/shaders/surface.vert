@@ -14,6 +14,15 @@ in vec4 in_tint;
 out vec4 tint;
 #endif
 
+#ifdef BAKED
+out vec3 baked;       // light on the vertex; of the level's, what luxels are multiplied by
+#ifndef POSED
+in vec3 in_baked;
+in vec2 in_luxel;     // place in the lightmaps
+out vec2 luxel;
+#endif
+#endif
+
 out vec3 world_normal;
 out vec2 texcoord;
 #ifdef LAYER_APART
@@ -68,6 +77,14 @@ void main() {
 #endif
 #if defined(TINTED) || defined(FADES)
     tint = in_tint;
+#endif
+#ifdef BAKED
+#ifdef POSED
+    baked = light_on_instance();
+#else
+    baked = in_baked;
+    luxel = in_luxel;
+#endif
 #endif
     scale = output_scale.x;
 #if LIGHTS > MAPPED

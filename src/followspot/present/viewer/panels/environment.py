@@ -1,4 +1,4 @@
-"""The sky: its faces at any MIP level, what comes from six directions, how strong it is."""
+"""The sky: its faces at any MIP level, how strong it is, what comes from six directions."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ _WHEN_DONE = imgui.InputTextFlags_.enter_returns_true
 _STRONGEST = 1e4
 _LEAST = 30.0
 """Edge of a face in a panel that is too low for all."""
-_ROWS, _LINES = 4, 7
+_ROWS, _LINES = 5, 7
 """Of widgets and of text below the faces."""
 _SHADOW, _LABEL = imgui.IM_COL32(0, 0, 0, 200), imgui.IM_COL32(255, 255, 255, 230)
 
@@ -71,6 +71,14 @@ def _strength(state: State) -> State:
     imgui.set_item_tooltip("Of the six directions' sum; the highest has one texel a face")
     if changed:
         state = state.with_settings(environment_mip=None if level >= top else max(level, 0.0))
+    if state.scene.mesh.baked is None:
+        return state
+    changed, baked = imgui.input_float(
+        "baked light", state.settings.baked_light, 0.1, 1, "%.4g", _WHEN_DONE
+    )
+    imgui.set_item_tooltip("The level's own lightmaps, in W/(m² sr), in place of the sky's light")
+    if changed:
+        state = state.with_settings(baked_light=round(min(max(baked, 0.0), _STRONGEST), 6))
     return state
 
 

@@ -1,0 +1,138 @@
+"""Light that a level's compiler baked: lightmaps, colours at vertices, the light grid.
+
+Values are light on display, as the game multiplies them with textures: four times what the file
+has, but twice full brightness at most, beyond which colours keep their hue (ioquake3's
+``R_ColorShiftLightingBytes``, and its gamma, which doubles). Here they are linear: 1 lights a
+surface so that its texture looks as it was painted.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from followspot.arrays import Floats, Ints
+from followspot.assets.bsp import BspFile
+from followspot.assets.entities import entity_vector
+from followspot.assets.image import srgb_to_linear
+
+PAGE = 128
+"""Luxels along an edge of a lightmap."""
+
+CELL = (64.0, 64.0, 128.0)
+"""Units from point to point of the light grid, where the level does not say."""
+
+BRIGHTEST = 2.0
+"""On display."""
+
+_WHITE = -2
+"""Number of the lightmap of faces that are fully lit."""
+
+
+def decoded(values: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """(..., 3) bytes of a file as linear light."""
+    shown = values.astype(np.float32) * np.float32(4 / 255)
+    excess = shown.max(axis=-1, keepdims=True) / np.float32(BRIGHTEST)
+    return srgb_to_linear(shown / np.maximum(excess, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class BakedLight:
+    """A level's.
+
+    Attributes:
+        bsp: Where it comes from.
+    """
+
+    bsp: BspFile
+
+    @property
+    def columns(self) -> int:
+        """Lightmaps next to each other in `image`, which ends with a white one."""
+        return math.ceil(math.sqrt(len(self.bsp.lightmaps) + 1))
+
+    @property
+    def rows(self) -> int:
+        """Lightmaps above each other in `image`."""
+        return -(-(len(self.bsp.lightmaps) + 1) // self.columns)
+
+    def image(self) -> NDArray[np.float32]:
+        """(h, w, 3) linear light of all lightmaps, row 0 at texture coordinate 0."""
+        pages = np.ones((self.rows * self.columns, PAGE, PAGE, 3), np.float32)
+        for page, luxels in zip(pages, self.bsp.lightmaps, strict=False):
+            page[:] = decoded(luxels)
+        rows = pages.reshape(self.rows, self.columns, PAGE, PAGE, 3).swapaxes(1, 2)
+        return rows.reshape(self.rows * PAGE, self.columns * PAGE, 3)
+
+    def at_vertices(self, vertices: Ints, faces: Ints) -> NDArray[np.float32]:
+        """What lights a level's vertices: the product of a luxel and a colour.
+
+        Args:
+            vertices: (v,) their numbers.
+            faces: (v,) the face that each is drawn with.
+
+        Returns:
+            (v, 5) place in `image`, from 0 to 1; linear light that luxels there are multiplied by.
+        """
+        page = self.bsp.faces["lightmap"][faces]
+        is_mapped = (page >= 0) & (page < len(self.bsp.lightmaps))
+        found = np.ones((len(vertices), 5), np.float32)
+        found[:, :2] = self._place(np.full(len(vertices), len(self.bsp.lightmaps)), 0.5)
+        place = self.bsp.vertices["lightmap_texcoord"][vertices[is_mapped]]
+        found[is_mapped, :2] = self._place(page[is_mapped], np.clip(np.nan_to_num(place), 0, 1))
+        by_color = ~is_mapped & (page != _WHITE)
+        found[by_color, 2:] = decoded(self.bsp.vertices["color"][vertices[by_color], :3])
+        return found
+
+    def at_points(self, points: Floats) -> NDArray[np.float32]:
+        """What lights things that are not the level's, in the form of `at_vertices`.
+
+        Args:
+            points: (n, 3) in world units.
+        """
+        found = np.empty((len(points), 5), np.float32)
+        found[:, :2] = self._place(np.full(len(points), len(self.bsp.lightmaps)), 0.5)
+        found[:, 2:] = self.around(points)
+        return found
+
+    def _place(self, page: Ints, within: NDArray[np.float32] | float) -> NDArray[np.float32]:
+        corner = np.stack([page % self.columns, page // self.columns], axis=1)
+        place = (corner + within) / (self.columns, self.rows)
+        return place.astype(np.float32)
+
+    @cached_property
+    def _grid(self) -> tuple[Floats, Floats, Ints, NDArray[np.float32]]:
+        """Place of the first point, (3,) units between points, (3,) how many, (points, 3) light."""
+        world = self.bsp.models[0]
+        given = entity_vector(self.bsp.entities[0], "gridsize") if self.bsp.entities else None
+        cell = np.array(CELL) if given is None or not (given > 0).all() else given
+        first = np.asarray(cell * np.ceil(world["mins"] / cell))
+        count = np.asarray(np.floor((world["maxs"] - first) / cell) + 1, np.int64)
+        grid = self.bsp.light_grid
+        if (count < 1).any() or len(grid) != count.prod():
+            return first, cell, np.zeros(3, np.int64), np.zeros((0, 3), np.float32)
+        # A surface that may face any way has a quarter of what one has that faces the light.
+        light = decoded(grid["ambient"]) + decoded(grid["directed"]) / np.float32(4)
+        return first, cell, count, light
+
+    def around(self, points: Floats) -> Floats:
+        """(n, 3) linear light at (n, 3) world points, in the mean over all ways to face.
+
+        Between the eight points of the grid around, without those in walls, which are black.
+        """
+        first, cell, count, light = self._grid
+        if not len(light):
+            return np.zeros((len(points), 3))
+        place = np.clip((points - first) / cell, 0, count - 1)
+        low = np.minimum(place.astype(np.int64), np.maximum(count - 2, 0))
+        share = place - low
+        total, sums = np.zeros(len(points)), np.zeros((len(points), 3))
+        for corner in np.ndindex(2, 2, 2):
+            x, y, z = np.minimum(low + corner, count - 1).T
+            found = light[x + count[0] * (y + count[1] * z)]
+            weight = np.where(corner, share, 1 - share).prod(axis=1) * found.any(axis=1)
+            total += weight
+            sums += weight[:, np.newaxis] * found
+        return sums / np.maximum(total, 1e-9)[:, np.newaxis]
