@@ -38,7 +38,7 @@ SEQUENCE = (
     Figure("2-lambertian", "Lambertian coefficients: texture only", View.LAMBERTIAN),
     Figure("3-shading", "Shading without texture", View.SHADING),
     Figure("4-light", "Light and texture", View.FINAL, shadows=False, sky_light=False),
-    Figure("5-environment", "... and light from the sky", View.FINAL, shadows=False),
+    Figure("5-environment", "... and light from all around", View.FINAL, shadows=False),
     Figure("6-shadows", "... and shadows: the final picture", View.FINAL),
     Figure("7-shadow-map", "What the key light sees: its depth map", View.SHADOW_MAP),
     Figure(

@@ -400,6 +400,7 @@ def test_an_empty_folder_will_do(tmp_path: Path) -> None:
         (("--seconds", "0"), "--seconds: expected 0.001 to 36000 s, found 0"),
         (("--seconds", "nan"), "--seconds"),
         (("--jobs", "1000"), "--jobs"),
+        (("--set", "baked_light=1"), "setting baked_light: expected 0 in a report"),
         (("-o", "x" * 300), "xxx: cannot be written: File name too long"),
     ],
 )

@@ -12,7 +12,7 @@ import msgspec
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from followspot.errors import FollowspotError
+from followspot.errors import FollowspotError, UsageError
 from followspot.present import arguments, film_plan
 from followspot.present.console import open_console, working
 from followspot.present.film_plan import FilmWish
@@ -67,6 +67,10 @@ def run(
     console = open_console(on_stderr=True)
     with working(console, f"opening {name}"):
         scene, camera = open_scene(name, wish)
+    if scene.settings.baked_light:
+        raise UsageError(
+            "setting baked_light: expected 0 in a report, which explains the sky's light"
+        )
     if film_wish is not None:
         scene.path(film_wish.path)  # a mistake in its name is told before anything takes time
     steps = all_steps(wish, film_wish) if steps is None else steps
