@@ -1,6 +1,7 @@
 """Light as physics, in linear float32: furnace, falloff, cosine, power, units, sums."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from conftest import Draw
-from followspot.assets.shader_values import Sides
+from followspot.assets.shader_values import BlendFactor, Sides
 from followspot.passes.view import View
 from followspot.scene.light import Light
-from followspot.scene.material import Material
+from followspot.scene.material import Blend, Material, Shade
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from followspot.scene.sky import CubeMap
@@ -321,3 +322,37 @@ def test_both_sides_of_a_two_sided_surface_are_lit_from_their_own_side(draw: Dra
     unlit = draw(scene, camera((0, 0, -40), pitch=-90), View.DIRECT, DIM)
     assert (lit[30:90, 40:120] > 0).all()
     assert not unlit.any()
+
+
+@pytest.mark.parametrize(
+    ("blend", "shade", "share"),
+    [
+        ((BlendFactor.ONE, BlendFactor.ONE_MINUS_SRC_COLOR), Shade.EMISSIVE, lambda c: 1 - c),
+        ((BlendFactor.ONE_MINUS_DST_COLOR, BlendFactor.ONE), Shade.EMISSIVE, lambda c: 1 - c),
+        ((BlendFactor.ONE, BlendFactor.SRC_COLOR), Shade.LIT, lambda c: c),
+        ((BlendFactor.ONE, BlendFactor.ONE), Shade.EMISSIVE, lambda c: 1 + 0 * c),
+    ],
+)
+def test_how_much_a_flame_hides_has_nothing_to_do_with_how_bright_it_is(
+    draw: Draw,
+    tmp_path: Path,
+    blend: Blend,
+    shade: Shade,
+    share: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+) -> None:
+    """What is behind shines through by the texel, however strong the light that is sent."""
+    texel = np.full((4, 4, 3), (200, 90, 30), np.uint8)
+    archive = image_archive(tmp_path, {"flame.png": texel})
+    flame = of(
+        Material("flame", "flame.png", blend=blend, shade=shade),
+        quad((50, 0, 0), (0, -9, 0), (0, 0, 9)),
+    )
+    wall = quad((90, 0, 0), (0, -900, 0), (0, 0, 900))
+    scene = make_scene([wall, *flame], sky=WHITE_SKY, environment_constant=3.0, archive=archive)
+    colour = srgb_decoded(texel[0, 0] / 255)
+    for emission in (0.0, 1.0, 1000.0):
+        sent = colour * (emission if shade is Shade.EMISSIVE else 3.0)
+        seen = draw(scene, camera((0, 0, 0)), View.FINAL, emission=emission)[60, 80]
+        expected = sent + 3.0 * share(colour)
+        texel_step = expected.max() / 512  # channels share an exponent
+        np.testing.assert_allclose(seen, expected, rtol=1e-5, atol=texel_step)

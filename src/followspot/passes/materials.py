@@ -16,6 +16,7 @@ class Variant(NamedTuple):
     cut_out: bool
     two_sided: bool
     blended: bool
+    veils: bool
     shade: Shade
     tinted: bool
     layered: bool
@@ -38,6 +39,7 @@ class Variant(NamedTuple):
             "ALPHA_TEST": self.cut_out,
             "SIDES_BOTH": self.two_sided,
             "BLENDED": self.blended,
+            "VEILS": self.veils,
             "TINTED": self.tinted,
             "LAYERED": self.layered,
             "FADES": self.fades,
@@ -75,6 +77,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material.alpha_test is not None,
         material.sides is not Sides.FRONT,
         material.blend is not None,
+        veils(material),
         material.shade,
         material.is_tinted,
         is_layered,
@@ -90,6 +93,16 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material.deforms.swell is not None,
         is_sprite,
     )
+
+
+def veils(material: Material) -> bool:
+    """Whether light from behind is held back, or let through, by how much of it a surface reflects.
+
+    The light that it sends is another matter: it may be a hundred times as bright as white.
+    """
+    if material.blend is None or material.shade is Shade.FILTER:
+        return False
+    return material.blend == _SCREEN or material.blend[1] in _BY_REFLECTANCE
 
 
 def alpha_test_vector(material: Material) -> tuple[float, float]:
@@ -109,7 +122,12 @@ def set_state(context: moderngl.Context, material: Material) -> None:
     context.polygon_offset = (0.0, -2.0) if material.polygon_offset else (0.0, 0.0)
     if material.blend is not None:
         source, destination = material.blend
-        context.blend_func = _FACTORS[source], _FACTORS[destination]
+        behind = _FACTORS[destination]
+        if veils(material):
+            if material.blend == _SCREEN:  # s (1 - d) + d = s + d (1 - s)
+                source, destination = BlendFactor.ONE, BlendFactor.ONE_MINUS_SRC_COLOR
+            behind = _BY_REFLECTANCE[destination]
+        context.blend_func = _FACTORS[source], behind
 
 
 def set_caster_culling(context: moderngl.Context, material: Material, cull: CullFace) -> None:
@@ -129,6 +147,11 @@ _ALPHA_TESTS = {
     None: (0.0, 1.0),
 }
 _CULLED_SIDE = {Sides.FRONT: "back", Sides.BACK: "front"}
+_SCREEN = (BlendFactor.ONE_MINUS_DST_COLOR, BlendFactor.ONE)
+_BY_REFLECTANCE = {
+    BlendFactor.SRC_COLOR: gl.SRC1_COLOR,
+    BlendFactor.ONE_MINUS_SRC_COLOR: gl.ONE_MINUS_SRC1_COLOR,
+}
 _FACTORS = {
     BlendFactor.ZERO: moderngl.ZERO,
     BlendFactor.ONE: moderngl.ONE,

@@ -51,7 +51,10 @@ in vec3 shadow_near[SHADOWS];
 #endif
 #endif
 
-out vec4 value;
+layout(location = 0, index = 0) out vec4 value;
+#ifdef VEILS
+layout(location = 0, index = 1) out vec4 reflected;  // what GL weights the light from behind by
+#endif
 
 #if SHADOWS > 0
 #ifdef SHADOW_FIT
@@ -211,6 +214,9 @@ void main() {
     value.rgb = vec3(key_light_visibility(n));
 #elif VIEW == VIEW_DEPTH
     value.rgb = vec3(scale / gl_FragCoord.w);  // clip w is the distance along the view axis
+#endif
+#ifdef VEILS
+    reflected = vec4(rho, texel.a);
 #endif
 #ifdef BLENDED
     value.a = texel.a;
