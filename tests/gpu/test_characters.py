@@ -261,6 +261,31 @@ def test_a_moving_camera_does_not_redraw_characters_that_stand_still(renderer: R
     assert shadow.version == versions[-1] + 1
 
 
+def test_frames_without_shadows_between_leave_characters_in_the_map(renderer: Renderer) -> None:
+    """As where one half of a split picture shows no shadows."""
+    scene = with_characters(room(), at(figure([body()]), PLACE))
+    renderer.open(scene)
+    shadow = renderer.pipeline.shadow
+    versions = []
+    for _ in range(4):
+        renderer.draw(frame_input(scene, VIEW, 0.0))
+        renderer.draw(frame_input(scene, VIEW, 0.0, shadows=False))
+        versions.append(shadow.version)
+    assert len(set(versions)) == 1
+    renderer.draw(frame_input(scene, VIEW, 1.0, shadows=False))
+    renderer.draw(frame_input(scene, VIEW, 1.0))
+    assert shadow.version == versions[-1] + 1
+
+
+def test_another_light_at_the_same_time(draw: Draw) -> None:
+    """One that reached nobody makes place for one that shines on the character."""
+    scene = with_characters(make_scene([floor(400)]), at(figure([body()]), PLACE))
+    far_off = spot((3000, 0, 250), (3000, 0, 0), 10)
+    expected = draw(scene.with_lights(LIGHT), VIEW, View.SHADOW)
+    draw(scene.with_lights(far_off), VIEW, View.SHADOW)
+    np.testing.assert_array_equal(draw(scene.with_lights(LIGHT), VIEW, View.SHADOW), expected)
+
+
 def test_whoever_the_camera_stands_in_is_not_in_the_picture_but_casts_a_shadow(
     renderer: Renderer, draw: Draw
 ) -> None:

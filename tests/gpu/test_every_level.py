@@ -12,9 +12,11 @@ from followspot.assets.locate import list_levels, search_path
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene import bsp_tree
-from followspot.scene.load import load
+from followspot.scene.character import Character, Crowd
+from followspot.scene.load import load, load_figure
+from followspot.scene.walk import standing
 from followspot.spaces import vec3
-from synthetic import camera, floor, make_scene, rays
+from synthetic import camera, floor, looking, make_scene, rays
 
 pytestmark = [pytest.mark.gl, pytest.mark.openarena]
 
@@ -82,6 +84,30 @@ def test_culling_hides_nothing_that_can_be_seen(draw: Draw, name: str) -> None:
                 here = np.broadcast_to(view.position, there.shape)
                 free = bsp_tree.trace(scene.level.bsp, here, there) > 0.99
                 assert free.sum() <= 1, f"{free.sum()} pixels are gone from {view}"
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "eye"),
+    [
+        ("oa_dm5", (720.2, -702.39, 127.0), (710.15, -712.48, 239.67)),
+        ("oa_dm4", (738.43, -528.5, -145.0), (730.8, -909.3, -124.62)),
+        ("oa_dm4", (761.12, -523.45, -145.0), (730.8, -909.3, -124.62)),
+    ],
+)
+def test_a_limb_in_another_room_shows_its_character(
+    draw: Draw, name: str, place: tuple[float, ...], eye: tuple[float, ...]
+) -> None:
+    """Where the eye sees but a sliver of the space that characters reach into."""
+    scene, players = load(name), load_figure("player:angelyss")
+    figure = players.crowd.characters[0].figure
+    with scene.archive, players.archive:
+        with_one = replace(scene, crowd=Crowd([Character(figure, standing(vec3(place), 0.0))]))
+        view = looking(eye, (*place[:2], place[2] + 25))
+        without = draw(scene, view, View.DEPTH, culling=False)
+        every = draw(with_one, view, View.DEPTH, culling=False)
+        is_there = every < without
+        assert is_there.any()
+        np.testing.assert_array_equal(draw(with_one, view, View.DEPTH)[is_there], every[is_there])
 
 
 def test_culling_changes_no_picture(draw: Draw) -> None:

@@ -89,6 +89,19 @@ def test_faces_without_a_lightmap_have_the_colours_of_their_vertices(lightmap: i
         assert (image[y + dy, x + dx] == 1).all()
 
 
+def test_places_beside_a_page_are_pulled_onto_its_luxels() -> None:
+    """Where coordinates are a page's very edge, GL would mix in what is next to it."""
+    edges = np.array([(0, 0), (1, 1), (128.07 / 128, 0.5 / 128), (-3, 0.5 / 128)])
+    bsp = lit_bsp(
+        faces=records("faces", 1, lightmap=1),
+        vertices=records("vertices", 4, lightmap_texcoord=edges),
+    )
+    light = BakedLight(bsp)
+    found = light.at_vertices(np.arange(4), np.zeros(4, np.int64))
+    page = baked.decoded(bsp.lightmaps[1])
+    assert_allclose(luxels(light, found[:, :2]), page[[0, 127, 0, 0], [0, 127, 127, 0]])
+
+
 def test_white_lightmaps_are_full_light() -> None:
     bsp = lit_bsp(faces=records("faces", 1, lightmap=-2), vertices=records("vertices", 1))
     found = BakedLight(bsp).at_vertices(np.zeros(1, np.int64), np.zeros(1, np.int64))

@@ -78,6 +78,19 @@ def test_weapons_lie_round_their_middle_one_and_a_half_times_as_large(tmp_path: 
     assert weapon.walk.places[0, 2] == pytest.approx(-1 + 8)
 
 
+def test_a_weapon_that_has_tags_alone_is_not_there_to_see(tmp_path: Path) -> None:
+    model = small_md3() | {"surfaces": []}
+    path = tmp_path / f"models/{MODELS['weapon_shotgun'][0]}.md3"
+    path.parent.mkdir(parents=True)
+    path.write_bytes(write_md3(model))
+    with Archive.open([tmp_path]) as archive:
+        files = FigureFiles(archive, lambda _: None)
+        entity = {"classname": "weapon_shotgun", "origin": "0 0 30"}
+        bsp = replace(open_bsp(), entities=(entity,))
+        (weapon,) = items(bsp, files, Ground(make_scene([floor()]).level))
+    assert weapon.figure.triangle_count == 0
+
+
 def test_a_power_ups_ring_goes_the_other_way(tmp_path: Path) -> None:
     files = game(tmp_path, "powerups/instant/quad", "powerups/instant/quad_ring")
     quad, ring = found(files, {"classname": "item_quad", "origin": "0 0 0"})

@@ -35,6 +35,7 @@ class GpuFigure:
         indices: Buffer of uint32, in the order of `runs`.
         runs: One for each material; solid ones of one state stand next to each other.
         instances: Buffer of the figure's characters, rows of `Crowd.instances`.
+        light: Buffer of (r, g, b) of what was baked for their places, linear.
 
     Raises:
         AssetError: it has more key poses than this OpenGL can hold in a texture.
@@ -48,10 +49,12 @@ class GpuFigure:
         indices, self.runs = _joined(figure.parts)
         self.indices = context.buffer(indices.tobytes() or bytes(4))
         self.instances = context.buffer(reserve=characters * _INSTANCE_BYTES, dynamic=True)
+        self.light = context.buffer(reserve=characters * 12, dynamic=True)
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for thing in (self.key_poses, self.vertices, self.indices, self.instances):
+        buffers = self.vertices, self.indices, self.instances, self.light
+        for thing in (self.key_poses, *buffers):
             thing.release()
 
 

@@ -49,9 +49,9 @@ class GpuScene:
         vertices: The mesh's vertices, one buffer.
         tints: The mesh's tints, where it has any.
         sprites: What its sprites turn about, where it has any.
-        shown_baked: What the level's compiler baked, once it has been wanted; with it are there
-        lightmaps: all of them in one texture, and
-        baked: how that lights the mesh's vertices.
+        shown_baked: What the level's compiler baked, once it has been wanted.
+        lightmaps: From then on, all of its lightmaps in one texture.
+        baked: From then on, how that lights the mesh's vertices.
         frame_block: Uniform buffer for one `blocks.FRAME`.
         frame_block_holds: What it was last filled from; whoever fills it compares.
         crowd: The characters' figures.

@@ -92,6 +92,7 @@ class CharacterPass:
         self._updated: object = None
         self._cast: object = None
         self._rows: NDArray[Any] = np.zeros(0)
+        self._light: NDArray[np.float32] | None = None
         self._picture = _Choice(np.zeros(0, bool), [0] * len(self._crowd.figures))
         self._casting: list[_Choice] = []
         self._uploaded: _Choice | None = None
@@ -158,7 +159,7 @@ class CharacterPass:
         order = order[(seen | casting)[order]]
         self._rows = crowd.instances(seconds, places, order)
         if baked is not None:
-            self._rows[:, :, 3, 3] = baked.around(places[order, :3])
+            self._light = baked.around(places[order, :3]).astype(np.float32)
         figure_of, figures = crowd.figure_of[order], len(crowd.figures)
         boxes = crowd.boxes(self._rows, order)
         holds_eye = ((boxes[0] < eye) & (eye < boxes[1])).all(axis=1)
@@ -177,10 +178,12 @@ class CharacterPass:
             self._casting.append(_Choice.of(casts, figure_of, figures))
             self._covering.append(found[casts])
         self._uploaded = None
+        self._updated = wanted
         cast = seconds, frusta
-        moved = cast != self._cast
-        self._updated, self._cast = wanted, cast
-        return moved
+        if not tiles or cast == self._cast:  # without tiles, maps stay as they are
+            return False
+        self._cast = cast
+        return True
 
     def covering(self, number: int) -> Extents:
         """Where in tile `number` those are that it draws."""
@@ -192,10 +195,13 @@ class CharacterPass:
             return
         self._uploaded = choice
         rows = self._rows[choice.rows]
+        light = None if self._light is None else self._light[choice.rows]
         start = 0
         for figure, count in zip(self._figures, choice.counts, strict=True):
             if count:
                 figure.instances.write(rows[start : start + count])
+                if light is not None:
+                    figure.light.write(light[start : start + count])
                 start += count
 
     def draw_opaque(self) -> None:
@@ -287,7 +293,8 @@ def _array(
 ) -> moderngl.VertexArray:
     """A figure's vertex array for a program, which may not look at texture coordinates."""
     vertices = each.vertices, VERTEX_FORMAT, "in_texcoord", "in_vertex"
-    content: list[tuple[Any, ...]] = [vertices, (each.instances, INSTANCE_FORMAT, *_INSTANCE)]
+    instances = each.instances, INSTANCE_FORMAT, *_INSTANCE
+    content: list[tuple[Any, ...]] = [vertices, instances, (each.light, "3f/i", "in_baked")]
     return context.vertex_array(of, content, each.indices, skip_errors=True)
 
 

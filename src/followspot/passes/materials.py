@@ -14,7 +14,7 @@ class Variant(NamedTuple):
     """What of a material is compiled into its program, apart from the view."""
 
     cut_out: bool
-    two_sided: bool
+    shows_backs: bool
     blended: bool
     veils: bool
     shade: Shade
@@ -37,7 +37,7 @@ class Variant(NamedTuple):
         """Macros of surface.vert and surface.frag."""
         switches = {
             "ALPHA_TEST": self.cut_out,
-            "SIDES_BOTH": self.two_sided,
+            "SHOWS_BACKS": self.shows_backs,
             "BLENDED": self.blended,
             "VEILS": self.veils,
             "TINTED": self.tinted,
@@ -127,7 +127,9 @@ def set_state(context: moderngl.Context, material: Material) -> None:
             if material.blend == _SCREEN:  # s (1 - d) + d = s + d (1 - s)
                 source, destination = BlendFactor.ONE, BlendFactor.ONE_MINUS_SRC_COLOR
             behind = _BY_REFLECTANCE[destination]
-        context.blend_func = _FACTORS[source], behind
+        # Alpha stays: it says whether there is a surface.
+        factors = _FACTORS[source], behind, moderngl.ZERO, moderngl.ONE
+        context.blend_func = factors  # type: ignore[assignment]  # four are taken, too
 
 
 def set_caster_culling(context: moderngl.Context, material: Material, cull: CullFace) -> None:

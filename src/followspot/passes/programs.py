@@ -186,8 +186,7 @@ class SurfacePrograms:
 
         Args:
             view: The stage that is written.
-            macros: Of surface.frag; see `lighting.constants` and `lighting.counts`. The same object
-                while they are the same.
+            macros: Of surface.frag; see `lighting.constants` and `lighting.counts`.
             encoded: Whether the picture is sRGB; what is not blended writes that itself.
 
         Raises:

@@ -86,7 +86,8 @@ class ShadowPass:
         size = shadow_tiles.tile_size(settings)
         columns, rows = shadow_tiles.shape(lights, settings)
         wanted = columns * size, max(rows, 1) * size
-        if self._maps and (self.atlas.size == wanted or not lights):
+        is_alike = self._maps and (self.size, self.atlas.size) == (size, wanted)
+        if is_alike or (self._maps and not lights):
             return
         limit = self._context.info["GL_MAX_TEXTURE_SIZE"]
         if max(wanted) > limit:

@@ -15,8 +15,8 @@ horizon, +Z above and -Z below +X, as they are seen from the light.
 def read_distance(shadow: ShadowPass, number: int) -> NDArray[np.float32]:
     """(size, size) distances along light `number`'s axis in units, top row first.
 
-    What its wide tile covers, but from the near one where that holds a pixel's middle, as
-    lookups find them. Infinite where the light's rays hit nothing.
+    What its wide tile covers, but from the near one where that holds a pixel's middle, of which
+    lookups use all but the outermost texels. Infinite where the light's rays hit nothing.
     """
     wide, *near = shadow.tiles_of(number)
     places = np.tile((np.arange(shadow.size) + 0.5) / shadow.size, (2, 1))

@@ -31,6 +31,9 @@ Place = tuple[int, int]
 """Column and row in the atlas, in tiles."""
 
 
+LIT_SIDE, GRAZING, STEEP = 3.0, 0.1, 0.4
+"""How receivers are moved whose lit side is in the map: `common/offset.glsl`."""
+
 SIDES_IN_A_ROW = 3
 """Of point lights' cubes; few, for the atlas to be as wide as high with three of them."""
 

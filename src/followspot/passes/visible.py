@@ -3,11 +3,12 @@
 import numpy as np
 
 from followspot import spaces
-from followspot.arrays import Ints, Mask
+from followspot.arrays import Mask
 from followspot.assets.shader_values import Sides
 from followspot.passes import drawlist
 from followspot.passes.drawlist import NOTHING, NearFirst
 from followspot.passes.shadow_fit import Receivers
+from followspot.scene import bsp_tree
 from followspot.scene.mesh import FLAT
 from followspot.scene.scene import Scene
 from followspot.spaces import Mat4, Vec3
@@ -36,7 +37,9 @@ class VisibleFaces:
     def __init__(self, scene: Scene) -> None:
         self._mesh, self._visibility, self._crowd = scene.mesh, scene.visibility, scene.crowd
         materials = scene.materials
-        self._crowd_leafs = self._leafs_of_characters()
+        self._crowd_box, self._crowd_leaf = bsp_tree.box_leafs_to_see(
+            scene.visibility.bsp, self._crowd.mins, self._crowd.maxs
+        )
         self.characters = np.ones(len(scene.crowd), bool)
         self._side = np.array([_SIDE[m.sides] for m in materials], np.float32)
         self._is_cut_out = np.array([m.alpha_test is not None for m in materials], bool)
@@ -75,9 +78,9 @@ class VisibleFaces:
             return False
         self._listed = wanted
         visible = self._seen_from(eye, clip_from_world)
-        boxes = np.zeros(0, bool)
-        if len(self._crowd):
-            boxes = np.any(self._visibility.leafs_from(eye)[self._crowd_leafs], axis=1)
+        boxes = np.zeros(len(self._crowd.mins), bool)
+        if len(boxes):
+            boxes[self._crowd_box[self._visibility.leafs_from(eye)[self._crowd_leaf]]] = True
         self.characters = np.zeros(len(self._crowd), bool)
         self.characters[self._crowd.box_of[boxes]] = True
         self.receivers = self._boxes_in_view(visible, boxes, clip_from_world)
@@ -109,13 +112,6 @@ class VisibleFaces:
         height = drawlist.height_above(faces, eye)
         seen &= height * self._side[faces["material"]] >= -FLAT
         return seen & self._visibility.faces_from(eye)
-
-    def _leafs_of_characters(self) -> Ints:
-        """(b, 27) the level's leafs at points all over the boxes in which characters are."""
-        grid = np.stack(np.meshgrid(*[[0.0, 0.5, 1.0]] * 3), axis=-1).reshape(27, 3)
-        low, size = self._crowd.mins, self._crowd.maxs - self._crowd.mins
-        points = low[:, np.newaxis] + size[:, np.newaxis] * grid
-        return self._visibility.leafs_at(points.reshape(-1, 3)).reshape(-1, 27)
 
     def _boxes_in_view(self, visible: Mask, boxes: Mask, clip_from_world: Mat4) -> Receivers:
         """Boxes that hold all visible faces and characters within the camera's frustum, tightly.

@@ -11,15 +11,12 @@ from followspot.assets.shader_values import Sides
 from followspot.errors import UsageError
 from followspot.passes import lighting
 from followspot.passes.frame import FrameInput
-from followspot.passes.shadow_tiles import Tile, near_reach
+from followspot.passes.shadow_tiles import GRAZING, LIT_SIDE, STEEP, Tile, near_reach
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.light import CubeSide, SpotLight
 from followspot.scene.settings import CullFace
 from followspot.scene.sight import Crossing, crossings
-
-_LIT_SIDE, _GRAZING, _STEEP = 3.0, 0.1, 0.4
-"""As in surface.vert."""
 
 
 @dataclass(frozen=True)
@@ -262,20 +259,20 @@ def _light_space(
         normals /= np.linalg.norm(normals[0])
     ray = light.position - corners
     cosine = np.einsum("ij,ij->i", normals, ray) / np.linalg.norm(ray, axis=1)
-    two_sided = surface.material.sides is not Sides.FRONT
-    if two_sided:
+    shows_backs = surface.material.sides is not Sides.FRONT
+    if shows_backs:
         normals, cosine = np.where(cosine < 0, -normals.T, normals.T).T, np.abs(cosine)
     axes, texel_in_depth = shadow.layout.offsets(wide, settings.shadow_normal_offset, shadow.size)
     across = normals @ axes[:, :3].T
     depth = np.zeros(3)
-    if two_sided or settings.shadow_cull is not CullFace.FRONT:
-        facing = np.clip((cosine - _GRAZING) / (_STEEP - _GRAZING), 0, 1)
+    if shows_backs or settings.shadow_cull is not CullFace.FRONT:  # common/offset.glsl
+        facing = np.clip((cosine - GRAZING) / (STEEP - GRAZING), 0, 1)
         facing = facing * facing * (3 - 2 * facing)
-        deepens = np.abs(across).sum(axis=1) / np.maximum(cosine, _GRAZING)
-        deepens = np.maximum(deepens, cosine / _LIT_SIDE)
+        deepens = np.abs(across).sum(axis=1) / np.maximum(cosine, GRAZING)
+        deepens = np.maximum(deepens, cosine / LIT_SIDE)
         cosine = np.maximum(cosine, 0)
-        depth = _LIT_SIDE * (cosine + (deepens - cosine) * facing)
-        across = across * (_LIT_SIDE + (1 - _LIT_SIDE) * facing)[:, np.newaxis]
+        depth = LIT_SIDE * (cosine + (deepens - cosine) * facing)
+        across = across * (LIT_SIDE + (1 - LIT_SIDE) * facing)[:, np.newaxis]
     places = np.c_[corners + normals * settings.shadow_bias, np.ones(3)]
     places = places @ shadow.layout.atlas_from_world(wide).T
     offsets = np.c_[across * axes[:, 3] * places[:, 3:], texel_in_depth * depth]

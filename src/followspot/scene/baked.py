@@ -81,7 +81,9 @@ class BakedLight:
         found = np.ones((len(vertices), 5), np.float32)
         found[:, :2] = self._place(np.full(len(vertices), len(self.bsp.lightmaps)), 0.5)
         place = self.bsp.vertices["lightmap_texcoord"][vertices[is_mapped]]
-        found[is_mapped, :2] = self._place(page[is_mapped], np.clip(np.nan_to_num(place), 0, 1))
+        edge = 0.5 / PAGE  # beyond it, luxels of the next page would be mixed in
+        place = np.clip(np.nan_to_num(place), edge, 1 - edge)
+        found[is_mapped, :2] = self._place(page[is_mapped], place)
         by_color = ~is_mapped & (page != _WHITE)
         found[by_color, 2:] = decoded(self.bsp.vertices["color"][vertices[by_color], :3])
         return found

@@ -78,6 +78,26 @@ def box_leafs(
     return np.concatenate(boxes), np.concatenate(leafs)
 
 
+def box_leafs_to_see(
+    bsp: BspFile, mins: NDArray[np.floating[Any]], maxs: NDArray[np.floating[Any]]
+) -> tuple[Ints, Ints]:
+    """Find the leafs of which one has to be visible for something in a box to be seen.
+
+    Args:
+        bsp: The level.
+        mins: (n, 3) world space, Quake units.
+        maxs: (n, 3) likewise.
+
+    Returns:
+        Numbers of boxes and of leafs as from `box_leafs`. A box that reaches into no open leaf has
+        the number behind the last leaf's besides, which stands for everywhere.
+    """
+    box, leaf = box_leafs(bsp, mins, maxs)
+    lost = np.setdiff1d(np.arange(len(mins)), box[~leaf_is_solid(bsp)[leaf]])
+    everywhere = np.full(len(lost), len(bsp.leafs))
+    return np.concatenate([box, lost]), np.concatenate([leaf, everywhere])
+
+
 def visible_leafs(bsp: BspFile, position: NDArray[np.floating[Any]]) -> Mask:
     """Tell which leafs may be seen from a position, by the level's precomputed visibility.
 

@@ -126,7 +126,7 @@ class Crowd:
         Returns:
             (m, SLOTS, 4, 4) float32: by slot the three rows of ``world_from_part``, and a row of
             the first vertex of the key pose before, that of the one behind, and their blend from
-            0 to 1; the row's last number is free, 0. Slots that a figure lacks hold anything.
+            0 to 1. Slots that a figure lacks hold anything.
         """
         own = seconds + self._clock[which]
         tracks = np.concatenate([which, which + len(self)])

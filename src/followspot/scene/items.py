@@ -155,6 +155,8 @@ def _open(files: FigureFiles, model: str, *, is_needed: bool) -> Figure | None:
 
 def _as_it_lies(weapon: Figure) -> Figure:
     """A weapon round its own middle instead of round the hand that holds it."""
+    if not weapon.parts:
+        return weapon
     points = np.concatenate([part.positions[0] for part in weapon.parts])
     middle = (points.min(axis=0).astype(np.float64) + points.max(axis=0)) / 2
     matrix = np.diag([WEAPON_SCALE] * 3 + [1.0])

@@ -31,9 +31,8 @@ class Visibility:
         bsp: The level.
         level_face: (faces,) the mesh's faces as numbers of the level's faces; -1 for props'.
         everywhere: (level's faces,) those of doors and the like, of which it says nothing.
-        prop_leafs: (n, 2) pairs of a prop's face, as a number of the mesh's faces, and a leaf that
-            its box reaches into. The number behind the last leaf's makes a face visible from
-            everywhere.
+        prop_leafs: (n, 2) pairs of a prop's face, as a number of the mesh's faces, and a leaf; see
+            `bsp_tree.box_leafs_to_see`.
     """
 
     bsp: BspFile
@@ -58,18 +57,21 @@ class Visibility:
         return bsp_tree.point_leafs(self.bsp, points)
 
     def leafs_from(self, position: Floats) -> Mask:
-        """(leafs,) which may be visible from a world position; see `bsp_tree.visible_leafs`."""
-        return bsp_tree.visible_leafs(self.bsp, position)
+        """(leafs + 1,) which may be visible from a world position, as of `bsp_tree.visible_leafs`.
+
+        The one behind the last stands for everywhere.
+        """
+        return np.append(bsp_tree.visible_leafs(self.bsp, position), True)
 
     def _look(self, position: Floats) -> Mask:
-        visible = bsp_tree.visible_leafs(self.bsp, position)
-        leafs = self.bsp.leafs[visible]
+        visible = self.leafs_from(position)
+        leafs = self.bsp.leafs[visible[:-1]]
         seen = np.append(self.everywhere, False)  # the last one is what props count as
         members = run_members(leafs["first_leaf_face"], leafs["leaf_face_count"])
         seen[self.bsp.leaf_faces[members]] = True
         result = seen[self.level_face]
         face, leaf = self.prop_leafs.T
-        result[face[np.append(visible, True)[leaf]]] = True
+        result[face[visible[leaf]]] = True
         return np.asarray(result)
 
 

@@ -101,10 +101,6 @@ def _visibility(level: Level, mesh: Mesh, order: Ints) -> Visibility:
     level_face = np.concatenate([before.level_face, np.full(count, -1)])[order]
     prop_faces = np.flatnonzero(level_face < 0)
     mins, maxs = (mesh.faces[name][prop_faces] for name in ("mins", "maxs"))
-    box, leaf = bsp_tree.box_leafs(bsp, mins, maxs)
-    in_open = ~bsp_tree.leaf_is_solid(bsp)[leaf]
-    lost = np.setdiff1d(np.arange(len(prop_faces)), box[in_open])
-    box = np.concatenate([box, lost])
-    leaf = np.concatenate([leaf, np.full(len(lost), len(bsp.leafs))])
+    box, leaf = bsp_tree.box_leafs_to_see(bsp, mins, maxs)
     pairs = np.stack([prop_faces[box], leaf], axis=1)
     return Visibility(bsp, level_face, before.everywhere, pairs)

@@ -1,6 +1,7 @@
 #version 330 core
 // A light's map as greys: distances along its axis, near ones dark, far ones light; white where
-// there is nothing. From the near tile where that holds a texel's middle, as lookups find them.
+// there is nothing. From the near tile where that holds a texel's middle; lookups use all but
+// its outermost texels.
 
 uniform sampler2D shadow_depths;  // the atlas, as numbers
 uniform ivec2 corner;             // of the light's wide tile, texels; its near one is beside it

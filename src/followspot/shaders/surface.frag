@@ -104,7 +104,8 @@ float visibility(vec4 homogeneous) {
 float arrives(vec3 ray, vec4 place) {
 #ifdef SMOOTHED
     // Normals that are smoothed over edges face some lights from which the triangle itself is turned
-    // away. It is in its own shadow there, which the map cannot tell: it is what the map holds.
+    // away. It is in its own shadow there. The map cannot tell that, since what it holds there is the
+    // triangle itself.
     vec3 seen_side = cross(dFdx(ray), dFdy(ray));
     if (dot(seen_side, ray) <= 0.0) return 0.0;
 #endif
@@ -148,10 +149,11 @@ float key_light_visibility(vec3 n) {
 #if MAPPED > 0
     bool faces = radiance_from_light(shadowed_ray[0], vec4(white, shadowed_glow[0].w), n).r > 0.0;
 #if SHADOWS > 0
-    return faces ? arrives(shadowed_ray[0].xyz, place_in_atlas(0)) : 0.0;
+    float share = arrives(shadowed_ray[0].xyz, place_in_atlas(0));
 #else
-    return faces ? arrives(shadowed_ray[0].xyz, place_on_cube(0, shadowed_ray[0].xyz, n)) : 0.0;
+    float share = arrives(shadowed_ray[0].xyz, place_on_cube(0, shadowed_ray[0].xyz, n));
 #endif
+    return faces ? share : 0.0;  // chosen last: derivatives are for what all pixels do
 #elif LIGHTS > 0
     vec4 ray = light_ray(0, world_position);
     return radiance_from_light(ray, vec4(white, light_glow(0).w), n).r > 0.0 ? 1.0 : 0.0;
@@ -190,7 +192,7 @@ void main() {
     vec3 rho = texel.rgb;
 #endif
     vec3 n = normalize(world_normal);
-#ifdef SIDES_BOTH
+#ifdef SHOWS_BACKS
     if (!gl_FrontFacing) n = -n;
 #endif
 

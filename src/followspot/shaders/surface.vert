@@ -15,10 +15,10 @@ out vec4 tint;
 #endif
 
 #ifdef BAKED
-out vec3 baked;       // light on the vertex; of the level's, what luxels are multiplied by
+in vec3 in_baked;  // light: of the instance; or of the vertex, which luxels are multiplied by
+out vec3 baked;
 #ifndef POSED
-in vec3 in_baked;
-in vec2 in_luxel;     // place in the lightmaps
+in vec2 in_luxel;  // place in the lightmaps
 out vec2 luxel;
 #endif
 #endif
@@ -49,7 +49,7 @@ out vec3 shadow_near[SHADOWS];  // x, y in the near tile, used from -w to w; and
 void place_in_tiles(int i, vec3 position, vec3 n) {
     vec3 ray = shadowed_ray[i].xyz;
     float cosine = dot(n, ray) * inversesqrt(dot(ray, ray));
-#ifdef SIDES_BOTH
+#ifdef SHOWS_BACKS
     if (cosine < 0.0) n = -n;
     cosine = abs(cosine);
 #endif
@@ -79,10 +79,8 @@ void main() {
     tint = in_tint;
 #endif
 #ifdef BAKED
-#ifdef POSED
-    baked = light_on_instance();
-#else
     baked = in_baked;
+#ifndef POSED
     luxel = in_luxel;
 #endif
 #endif

@@ -4,7 +4,7 @@
 // Place and depth in the atlas for point light i, as `visibility` takes them.
 vec4 place_on_cube(int i, vec3 ray, vec3 n) {
     float cosine = dot(n, ray) * inversesqrt(dot(ray, ray));
-#ifdef SIDES_BOTH
+#ifdef SHOWS_BACKS
     if (cosine < 0.0) n = -n;
     cosine = abs(cosine);
 #endif

@@ -5,7 +5,7 @@ uniform sampler2D key_poses;  // two texels a vertex, part after part, of each f
                               // position, unit normal
 
 // Of the instance, by part. Matrices' columns are their rows. A pose has the first vertex of the key
-// pose before, that of the one behind, and their blend; last, each has one channel of baked light.
+// pose before, that of the one behind, and their blend.
 in mat3x4 in_world_from_lower, in_world_from_upper, in_world_from_head;
 in vec4 in_lower_pose, in_upper_pose, in_head_pose;
 in ivec2 in_vertex;  // part: 0 lower, 1 upper, 2 head; number as in that part's first key pose
@@ -24,10 +24,6 @@ vec3 key_texel(float first_vertex, int which) {
 vec3 between_keys(int which) {
     vec4 pose = in_vertex.x == 0 ? in_lower_pose : in_vertex.x == 1 ? in_upper_pose : in_head_pose;
     return mix(key_texel(pose.x, which), key_texel(pose.y, which), pose.z);
-}
-
-vec3 light_on_instance() {
-    return vec3(in_lower_pose.w, in_upper_pose.w, in_head_pose.w);
 }
 
 vec3 vertex_in_object() {

@@ -4,13 +4,12 @@
 // but only across the map, as its normal points: moved towards the light as well, the foot of a
 // shaded wall would come to lie in the wall, where light is.
 
-// What is in the map with its lit side is moved by so many times the normal offset; and how, between
-// two cosines.
-const float LIT_SIDE = 3.0, GRAZING = 0.1, STEEP = 0.4;
+// What is in the map with its lit side is moved by LIT_SIDE times the normal offset: across the map
+// where the cosine of light and normal is below GRAZING, in depth where it is above STEEP.
 
 // By how much it is moved nearer to the light; in normal offsets, as `across`, which may change.
 float moved_nearer(float cosine, inout vec2 across) {
-#if defined(SIDES_BOTH) || defined(LIT_SIDES_CAST)
+#if defined(SHOWS_BACKS) || defined(LIT_SIDES_CAST)
     // It is in the map itself and would shadow itself. It is moved towards the light by the depth
     // that a plane of its slope gains from texel to texel, which leaves shadows' edges on it in
     // place, and by one offset at least, for rounding. Under grazing light that depth has no bound:
