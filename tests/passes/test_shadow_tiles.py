@@ -6,7 +6,7 @@ import pytest
 
 from followspot.passes import shadow_extent
 from followspot.passes.shadow_fit import Receivers
-from followspot.passes.shadow_tiles import ShadowTiles, Tile, tile_size
+from followspot.passes.shadow_tiles import ShadowTiles, Tile, map_size, tile_size
 from followspot.scene.settings import CullFace, Settings
 from synthetic import box, floor, make_scene, spot
 
@@ -132,3 +132,15 @@ def test_only_what_is_well_within_the_near_tile_is_left_to_it() -> None:
 def test_rectangles_hold_whole_texels_of_the_tile() -> None:
     found = np.array([(-1.0, 0.26, 0.49, 2.0), (-np.inf, -np.inf, np.inf, np.inf)])
     np.testing.assert_allclose(shadow_extent.texels(found, 4), [(-1, -0.5, 0, 1), (-1, -1, 1, 1)])
+
+
+@pytest.mark.parametrize("fit", [False, True])
+def test_the_largest_map_for_tiles_of_a_size(fit: bool) -> None:
+    """One texel more would not do."""
+    for tile in range(20, 5792):
+        largest = map_size(tile, Settings(shadow_fit=fit))
+        sizes = [
+            tile_size(Settings(shadow_fit=fit, shadow_map_size=size))
+            for size in (largest, largest + 1)
+        ]
+        assert sizes[0] <= tile < sizes[1]

@@ -94,7 +94,8 @@ class ShadowPass:
             raise UsageError(
                 f"shadow_map_size: {len(lights)} maps, six of a point light, of "
                 f"{settings.shadow_map_size} texels need an atlas of {wanted[0]} x {wanted[1]}; "
-                f"this OpenGL has {limit}"
+                f"this OpenGL has {limit}, enough for maps of "
+                f"{shadow_tiles.map_size(limit // max(columns, rows), settings)}"
             )
         self.size = size
         most = columns * max(rows, 1) * self._gpu_scene.scene.mesh.indices.nbytes

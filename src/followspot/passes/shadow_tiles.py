@@ -61,6 +61,11 @@ def tile_size(settings: Settings) -> int:
     return round(settings.shadow_map_size / math.sqrt(tiles_per_spot(settings)))
 
 
+def map_size(tile: int, settings: Settings) -> int:
+    """The largest `shadow_map_size` whose tiles have at most so many texels along an edge."""
+    return math.floor((tile + 0.5) * math.sqrt(tiles_per_spot(settings)) - 1e-9)
+
+
 def near_reach(settings: Settings) -> float:
     """Share of a near tile's edge from its middle up to which it is looked at."""
     return 0.5 - shadow_fit.MARGIN / tile_size(settings)
