@@ -26,7 +26,7 @@ from followspot.present.viewer.state import LONGEST_FRAME, Look, Recording, Stat
 from followspot.scene.camera import Camera
 from followspot.scene.path import CameraPath
 from followspot.scene.settings import CullFace
-from synthetic import box, camera, make_scene, point
+from synthetic import box, camera, floor, make_scene, point, spot
 
 
 def errors(path: CameraPath, moments: Floats) -> tuple[Floats, Floats]:
@@ -187,7 +187,6 @@ def screen() -> Iterator[str]:
 
 
 @pytest.mark.gl
-@pytest.mark.gl
 def test_pictures_have_all_sides_of_a_point_lights_cube(renderer: Renderer) -> None:
     """Unfolded as `render` has them: the ends of the cross are white, its corners are behind it."""
     pieces = box((-90, -90, -90), (90, 90, 90), inward=True)
@@ -208,6 +207,35 @@ def test_pictures_have_all_sides_of_a_point_lights_cube(renderer: Renderer) -> N
     assert np.ptp(greys.astype(int), axis=0).max() <= 1, "walls as far away in all directions"
 
 
+@pytest.mark.gl
+def test_pictures_have_no_map_where_the_window_has_none(renderer: Renderer) -> None:
+    """One is there, of an earlier frame; neither half of a split shows it."""
+    here = camera((0, 0, 60), pitch=30)
+    scene = make_scene([floor()], spot((0, 0, 200), (0, 0, 0), 40), cameras={"start": here})
+    state = replace(State.of(scene, here), look=Look(View.SHADOW_MAP))
+    state = canvas.prepared(renderer, state)
+
+    def shown(state: State) -> np.ndarray:
+        canvas.draw(renderer, state)
+        return recording.taken(renderer, state, renderer.target())
+
+    def is_empty(picture: np.ndarray) -> bool:
+        return bool((picture == handles.BEHIND).all())
+
+    off = replace(state, lamps=(replace(state.lamps[0], is_on=False),))
+    no_shadows = replace(state.look, shadows=False)
+    assert not is_empty(shown(state))
+    for bare in (off, replace(state, lamps=()), replace(state, look=no_shadows)):
+        assert is_empty(shown(bare))
+        assert is_empty(recording.stages(renderer, bare)[View.SHADOW_MAP])
+    half = renderer.size[0] // 2
+    split = shown(replace(off, right=Look(View.LAMBERTIAN), divider=0.5))
+    assert is_empty(split[:, :half]) and not is_empty(split[:, half:])
+    one = shown(replace(state, look=no_shadows, right=state.look, divider=0.5))
+    assert not is_empty(one[:, :half]), "as the window has it, which shows what there is"
+
+
+@pytest.mark.gl
 def test_screenshots_and_films(screen: str, tmp_path: Path) -> None:
     """What is in the files is what the scenario saw in the window."""
     play("recording", screen, tmp_path)
