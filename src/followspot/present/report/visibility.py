@@ -1,8 +1,9 @@
 """What a camera and a light see of a scene, by rays in float64 instead of rasters and maps.
 
 The rules are the game's and the same as in `present.raytracer`: the camera does not see the backs
-of one-sided faces, blended surfaces throw no shadow, everything else stops light from both sides,
-and leaves and grates do both only where their texture says so. Characters are left out.
+of one-sided faces, blended surfaces and sprites throw no shadow, everything else stops light from
+both sides, and leaves and grates do both only where their texture says so. What throws none is not
+seen, either, and characters are left out.
 """
 
 from collections.abc import Iterator
@@ -67,7 +68,7 @@ class Rays:
         table = np.array(
             [
                 (
-                    m.blend is None,
+                    m.casts,
                     m.alpha_test is not None,
                     m.is_two_sided,
                     m.sides is not Sides.BACK,
