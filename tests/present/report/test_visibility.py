@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from figures import at, figure, with_characters
 from followspot.assets.shader_deform import Sprite
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.passes.shadow_fit import MARGIN, view_from_world
@@ -154,8 +155,16 @@ def test_without_fitting_the_map_covers_the_cone_and_its_margin() -> None:
 def test_the_fitted_tiles_are_the_frames_and_within_the_cone(renderer: Renderer) -> None:
     small = looking((0, -100, 60), (0, 0, 0), 30)
     far = looking((0, -100, 60), (0, 200, 50), 90)  # the floor from here to far away
-    scene = make_scene([floor(), *box((-5, -5, 0), (5, 5, 20))], SUN)
-    for view, settings in ((small, Settings()), (far, Settings()), (far, UNFITTED)):
+    bare = make_scene([floor(), *box((-5, -5, 0), (5, 5, 20))], SUN)
+    board = figure([[quad((0, 0, 0), (50, 0, 0), (0, 50, 0))]])
+    crowded = with_characters(bare, at(board, (0, 1500, 2000)))  # half-way to the sun
+    for scene, view, settings in (
+        (bare, small, Settings()),
+        (bare, far, Settings()),
+        (bare, far, UNFITTED),
+        (crowded, far, Settings()),
+        (crowded, far, UNFITTED),
+    ):
         found = fitted(scene, view, SIZE, SUN, settings)
         renderer.render(scene, view, [View.SHADOW], settings=settings)
         own = [tile for tile in (found.wide, found.near) if tile is not None]
