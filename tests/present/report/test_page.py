@@ -212,7 +212,7 @@ def test_a_level_without_paths(tmp_path: Path) -> None:
 def timing(ms: float) -> Timing:
     """Every time alike."""
     frame = FrameReport(ms, 1, 1, 1, 0, False, 0, 0)
-    return Timing("view", ms, ms, ms, ms, dict.fromkeys(PASSES, ms), frame)
+    return Timing(ms, ms, ms, ms, frame, "view", dict.fromkeys(PASSES, ms))
 
 
 @pytest.mark.parametrize("ms", [0.0, 0.02, 3.0])
