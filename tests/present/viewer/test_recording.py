@@ -1,6 +1,5 @@
 """What the viewer records: screenshots, films, and flights as paths."""
 
-import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -95,11 +94,10 @@ def test_whatever_is_flown_is_followed(steps: list[tuple[float, ...]]) -> None:
     path = thinned(moments)
     times = np.array([key.time for key in path.keys])
     assert (np.diff(times) >= SHORTEST - 2e-4).all()
-    units, degrees = errors(path, np.round(moments, 4))
-    shortest = np.diff(times).min()  # times are rounded, which moves what is fast
-    allowed = 4e-4 * 1e5 / shortest
-    assert units.max() <= UNITS + allowed
-    assert degrees.max() <= DEGREES + allowed
+    moments[:, 0] = np.round(moments[:, 0], 4)  # as keys have it; it would move what is fast
+    units, degrees = errors(path, moments)
+    assert units.max() <= UNITS + 0.001
+    assert degrees.max() <= DEGREES + 0.001
 
 
 def test_frames_that_come_too_fast_are_left_out() -> None:
@@ -235,6 +233,13 @@ def test_pictures_have_no_map_where_the_window_has_none(renderer: Renderer) -> N
     assert not is_empty(one[:, :half]), "as the window has it, which shows what there is"
 
 
+def blocks(picture: np.ndarray) -> np.ndarray:
+    """(30, 40, 3) means over a picture's parts, whatever its size."""
+    height, width, _ = picture.shape
+    parts = picture.reshape(30, height // 30, 40, width // 40, 3)
+    return np.asarray(parts.mean(axis=(1, 3)))
+
+
 @pytest.mark.gl
 def test_screenshots_and_films(screen: str, tmp_path: Path) -> None:
     """What is in the files is what the scenario saw in the window."""
@@ -256,4 +261,6 @@ def test_screenshots_and_films(screen: str, tmp_path: Path) -> None:
             assert video.average_rate == 24
             frames = [f.to_ndarray(format="rgb24") for f in container.decode(video=0)]
         assert len(frames) == count
-        assert math.isclose(frames[0].mean(), shot.mean(), rel_tol=0.1)
+        for frame in frames:  # within what a codec and another grid of pixels make of it
+            np.testing.assert_allclose(blocks(frame), blocks(shot), rtol=0, atol=20)
+    assert np.abs(blocks(shot[::-1]) - blocks(shot)).max() > 100
