@@ -18,7 +18,7 @@ from followspot.scene.load import load, with_chosen_light
 from followspot.scene.scene import Scene
 from followspot.scene.sight import crossings
 from followspot.spaces import vec3
-from synthetic import camera
+from synthetic import camera, rays
 
 from test_level import build, squares  # isort: skip
 
@@ -90,6 +90,13 @@ def test_spot_light_stands_in_the_open_and_lights_what_the_camera_sees(
     seen = view.position + view.forward * 40
     path = bsp_tree.trace(hall.bsp, light.position[np.newaxis], seen[np.newaxis])
     assert path[0] == 1
+    ways = rays(view, (16, 12)).reshape(-1, 3) * 8 * HALF
+    eyes = np.broadcast_to(view.position, ways.shape)
+    share = bsp_tree.trace(hall.bsp, eyes, eyes + ways)
+    walls = eyes + ways * share[:, np.newaxis]
+    beams = walls - light.position
+    in_cone = beams @ light.direction > light.cos_rim * np.linalg.norm(beams, axis=1)
+    assert in_cone.mean() > 0.5, "and nothing else is in the room"
     assert np.isfinite(light.power).all() and (light.power > 0).all()
 
 

@@ -43,27 +43,17 @@ class FrameTimes(msgspec.Struct, frozen=True):
     frame: FrameReport
 
 
-class Timing(msgspec.Struct, frozen=True):
-    """Frame times of one view; all in milliseconds.
+class Timing(FrameTimes, frozen=True):
+    """Frame times of one view, and of their passes.
 
     Attributes:
         camera: The view's name, or its place and angles.
-        median_ms: Whole frames, the GPU drained after each.
-        p95_ms: 95 of 100 frames are faster.
-        worst_ms: The slowest one.
-        submit_ms: Median of the CPU's share: culling, sorting and calls into GL.
         pass_ms: Medians of GPU time by pass, of frames apart from those; characters move on in
             them, too.
-        frame: Counts of the last frame.
     """
 
     camera: str
-    median_ms: float
-    p95_ms: float
-    worst_ms: float
-    submit_ms: float
     pass_ms: dict[str, float]
-    frame: FrameReport
 
 
 class Result(msgspec.Struct, frozen=True):
@@ -130,13 +120,9 @@ def measure(renderer: Renderer, scene: Scene, camera: Camera, frames: int) -> Ti
     times = frame_times(renderer, scene, camera, frames)
     place = ",".join(f"{value:g}" for value in (*camera.position, camera.yaw, camera.pitch))
     return Timing(
+        **msgspec.structs.asdict(times),
         camera=camera.name or place,
-        median_ms=times.median_ms,
-        p95_ms=times.p95_ms,
-        worst_ms=times.worst_ms,
-        submit_ms=times.submit_ms,
         pass_ms=pass_times(renderer, scene, camera, min(frames, PASS_FRAMES)),
-        frame=times.frame,
     )
 
 

@@ -19,7 +19,7 @@ from rich.progress import (
 from rich.text import Text
 
 from followspot.errors import UsageError
-from followspot.present import film_plan, video, workers
+from followspot.present import film_plan, folders, video, workers
 from followspot.present.console import open_console, working
 from followspot.present.film_plan import FilmWish, Output
 from followspot.present.frames import Film, FilmCamera, Picture
@@ -164,9 +164,7 @@ def write(
                     part, drawn(), shape, max_bytes, lambda: interrupt.count > 1, on_attempt
                 )
             if written.frames:
-                if to.is_folder and to.path.exists():
-                    to.path.rename(Path(workshop) / "before")
-                part.replace(to.path)
+                folders.put(part, to.path)
     except OSError as error:
         if error in not_ours:
             raise

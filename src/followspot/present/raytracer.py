@@ -2,9 +2,9 @@
 
 Mitsuba's sensor, ray tracer, lights and BSDF make the picture; only the rules of what is
 seen are put in here, since they are the game's: the camera does not see the backs of one-sided
-faces, blended surfaces throw no shadow, everything else stops light from both sides, and leaves
-and grates do both only where their texture says so. Lengths are metres in Mitsuba, so that the
-light's arithmetic is not shared with the shaders.
+faces, blended surfaces and sprites throw no shadow, everything else stops light from both sides,
+and leaves and grates do both only where their texture says so. Lengths are metres in Mitsuba, so
+that the light's arithmetic is not shared with the shaders.
 """
 
 import math

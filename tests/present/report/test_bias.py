@@ -64,6 +64,20 @@ def test_only_without_front_faces_no_bias_is_enough(solids: BiasStudy) -> None:
 
 
 @pytest.mark.gl
+def test_what_is_next_is_told() -> None:
+    told: list[tuple[float, str]] = []
+    scene = make_scene([*SLAB, *BLOCK], LIGHT)
+    study(scene, VIEW, (32, 24), lambda share, what: told.append((share, what)))
+    shares, texts = zip(*told, strict=True)
+    assert list(shares) == sorted(shares) and shares[0] >= 0 and shares[-1] < 1
+    assert texts[-len(CullFace) :] == (
+        "shadow maps without front faces",
+        "shadow maps without back faces",
+        "shadow maps with all faces",
+    )
+
+
+@pytest.mark.gl
 def test_thickness_and_gap_are_along_the_ray(solids: BiasStudy) -> None:
     samples, light = solids.samples, LIGHT.position
     on_slab = np.abs(samples.places.position[:, 2]) < 1e-6

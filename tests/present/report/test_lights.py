@@ -7,16 +7,20 @@ import html5lib
 import numpy as np
 import pytest
 
+from followspot.assets.shader_deform import Sprite
+from followspot.assets.shader_values import BlendFactor
 from followspot.present.renderer import Renderer
-from followspot.present.report import lamps, lights_answer
+from followspot.present.report import lamps, lights_answer, lights_study
 from followspot.present.report.clusters import FIRST_SLICE, SLICES, TILES, Clusters
 from followspot.present.report.lamps import CUT_OFF, GREY, GREY_AT, LAMPS, REACH, place_lamps
 from followspot.present.report.lights_study import LightsStudy, study
-from followspot.present.report.material import Material
+from followspot.present.report.material import Material as Wanted
 from followspot.scene import bsp_tree
+from followspot.scene.deform import Deforms
 from followspot.scene.load import load
+from followspot.scene.material import Material
 from followspot.scene.scene import Scene
-from synthetic import SIZE, box, camera, floor, make_scene, rays
+from synthetic import SIZE, box, camera, floor, make_scene, of, rays
 
 VIEW = camera((10, -20, 30), yaw=40, pitch=12, fov=80)
 
@@ -91,6 +95,15 @@ def test_light_ends_at_walls_or_at_its_reach() -> None:
     assert np.abs(way.mean(axis=0)).max() < 0.05  # spread evenly
 
 
+def test_only_what_is_drawn_into_a_map_counts_as_a_caster() -> None:
+    sprite = Material("sprite", deforms=Deforms(sprite=Sprite.WHOLE))
+    glass = Material("glass", blend=(BlendFactor.ONE, BlendFactor.ONE))
+    scene = make_scene([floor(), *of(sprite, floor(z=10)), *of(glass, floor(z=20)), floor(z=30)])
+    near = scene.mesh.faces["mins"][:, 2] < 25  # all but the last
+    reached = {"every lamp": np.ones((1, len(near)), bool), "its reach": np.array([near])}
+    assert lights_study._casters(scene, reached) == {"every lamp": 4, "its reach": 2}
+
+
 def check(found: LightsStudy) -> None:
     """What holds of every level: each way of choosing keeps what a stricter one keeps."""
     pixel, face = found.per_pixel, found.per_face
@@ -148,8 +161,8 @@ def test_a_levels_counts_agree_and_its_walls_matter(renderer: Renderer) -> None:
     assert found.per_pixel["arrives"] < found.per_pixel["within its reach"] / 3
 
 
-def material(scene: Scene, renderer: Renderer, folder: Path) -> Material:
-    return Material("a", scene, VIEW, SIZE, (), renderer, folder, lambda share, what: None)
+def material(scene: Scene, renderer: Renderer, folder: Path) -> Wanted:
+    return Wanted("a", scene, VIEW, SIZE, (), renderer, folder, lambda share, what: None)
 
 
 @pytest.mark.gl

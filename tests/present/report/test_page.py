@@ -1,5 +1,6 @@
 """The report: valid, self-contained, whole or as it was before, and honest about what failed."""
 
+import errno
 import json
 import os
 import signal
@@ -211,7 +212,7 @@ def test_a_level_without_paths(tmp_path: Path) -> None:
 def timing(ms: float) -> Timing:
     """Every time alike."""
     frame = FrameReport(ms, 1, 1, 1, 0, False, 0, 0)
-    return Timing("view", ms, ms, ms, ms, dict.fromkeys(PASSES, ms), frame)
+    return Timing(ms, ms, ms, ms, frame, "view", dict.fromkeys(PASSES, ms))
 
 
 @pytest.mark.parametrize("ms", [0.0, 0.02, 3.0])
@@ -378,6 +379,19 @@ def test_folders_that_are_no_reports_are_left_alone(tmp_path: Path, kind: str) -
     with pytest.raises(UsageError, match=r"report|anew"):
         run("courtyard", Path("/") if kind == "nameless" else folder, WISH, None, [FINE])
     assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.gl
+def test_a_page_that_cannot_be_written_is_told_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(UsageError, match="report: cannot be written: No space left"):
+        run("courtyard", tmp_path / "report", WISH, None, [FINE])
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.gl

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from followspot.assets.shader_values import AlphaTest, Sides
+from figures import at, figure, with_characters
+from followspot.assets.shader_deform import Sprite
+from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.passes.shadow_fit import MARGIN, view_from_world
 from followspot.passes.shadow_tiles import tile_size
 from followspot.passes.view import View
@@ -14,6 +16,7 @@ from followspot.present.raytracer import RayTracer
 from followspot.present.renderer import Renderer
 from followspot.present.report.visibility import Rays, fitted
 from followspot.scene.camera import Camera
+from followspot.scene.deform import Deforms
 from followspot.scene.light import SpotLight
 from followspot.scene.load import load
 from followspot.scene.material import Material
@@ -36,6 +39,9 @@ from synthetic import (
 VIEW = looking((-180, -120, 110), (30, 20, 30))
 LIGHT = spot((-60, 130, 190), (30, 10, 20), 35)
 SUN = spot((0, 3000, 4000), (0, 0, 0), 35)
+PLAIN = Material("plain")
+SPRITE = Material("sprite", deforms=Deforms(sprite=Sprite.WHOLE))
+GLASS = Material("glass", blend=(BlendFactor.ONE, BlendFactor.ONE))
 UNFITTED = Settings(shadow_fit=False)
 
 
@@ -59,6 +65,19 @@ def test_backs_are_invisible_to_the_camera_and_stop_light() -> None:
     lit = rays.reach(places.position, places.face_normal, np.array([0.0, 0, 300]))
     outside = np.abs(places.position[:, :2]).max(axis=1) - 60  # the roof's half of 40, from 300
     np.testing.assert_array_equal(lit[np.abs(outside) > 0.1], (outside > 0)[np.abs(outside) > 0.1])
+
+
+def test_what_is_in_no_shadow_map_stops_no_light_and_is_not_seen() -> None:
+    """A sprite has no place of its own: it is wherever it turns to."""
+    above, light = quad((0, 0, 50), (20, 0, 0), (0, 20, 0)), np.array([0.0, 0, 200])
+    here = np.array([[0.0, 0, 0], [50, 0, 0]])
+    up = np.array([[0.0, 0, 1]] * 2)
+    for board, seen in ((PLAIN, 50), (SPRITE, 0), (GLASS, 0)):
+        rays = Rays(make_scene([floor(), *of(board, above)]))
+        assert rays.reach(here, up, light).tolist() == [board is not PLAIN, True]
+        places = rays.seen_by(looking((0, 0, 150), (0, 0, 0)), SIZE, 5000)
+        middle = places.pixel == SIZE[0] * (SIZE[1] // 2) + SIZE[0] // 2
+        np.testing.assert_allclose(places.position[middle][:, 2], [seen], atol=1e-9)
 
 
 def test_what_is_two_sided_turns_its_normals_to_the_camera() -> None:
@@ -136,8 +155,16 @@ def test_without_fitting_the_map_covers_the_cone_and_its_margin() -> None:
 def test_the_fitted_tiles_are_the_frames_and_within_the_cone(renderer: Renderer) -> None:
     small = looking((0, -100, 60), (0, 0, 0), 30)
     far = looking((0, -100, 60), (0, 200, 50), 90)  # the floor from here to far away
-    scene = make_scene([floor(), *box((-5, -5, 0), (5, 5, 20))], SUN)
-    for view, settings in ((small, Settings()), (far, Settings()), (far, UNFITTED)):
+    bare = make_scene([floor(), *box((-5, -5, 0), (5, 5, 20))], SUN)
+    board = figure([[quad((0, 0, 0), (50, 0, 0), (0, 50, 0))]])
+    crowded = with_characters(bare, at(board, (0, 1500, 2000)))  # half-way to the sun
+    for scene, view, settings in (
+        (bare, small, Settings()),
+        (bare, far, Settings()),
+        (bare, far, UNFITTED),
+        (crowded, far, Settings()),
+        (crowded, far, UNFITTED),
+    ):
         found = fitted(scene, view, SIZE, SUN, settings)
         renderer.render(scene, view, [View.SHADOW], settings=settings)
         own = [tile for tile in (found.wide, found.near) if tile is not None]

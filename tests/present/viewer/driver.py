@@ -6,7 +6,8 @@
   that real X11 events arrive;
 - a function takes `Finger` and is run by ImGui's test engine, which finds widgets by their names.
 
-An assertion that fails in either ends the process with its traceback.
+An assertion that fails in either ends the process with its traceback; so does a window that closes
+before they are through, but for those scenarios that close it.
 """
 
 import ctypes
@@ -213,22 +214,27 @@ def main(name: str) -> None:
     state = replace(window.start("courtyard", Wish()), frame_limit=1000)
     viewer = window.Viewer(state, LARGE if name in scenarios.LARGE else SMALL)
     failures: list[str] = []
+    through: list[str] = []
     if inspect.isgeneratorfunction(scenario):
         steps = scenario(Hands(viewer))
 
         def go_on() -> None:
             if next(steps, "the end") == "the end":
+                through.append(name)
                 viewer.params.app_shall_exit = True
 
         viewer.on_frame = go_on
     else:
-        _let_engine_play(scenario, viewer, failures)
+        _let_engine_play(scenario, viewer, failures, through)
     viewer.run()
     assert not failures, failures[0]
+    assert bool(through) is (name not in scenarios.CLOSING), "the window closed at another time"
 
 
-def _let_engine_play(scenario: Callable[[Finger], None], viewer: Any, failures: list[str]) -> None:
-    """Have ImGui's test engine run a scenario once there are frames."""
+def _let_engine_play(
+    scenario: Callable[[Finger], None], viewer: Any, failures: list[str], through: list[str]
+) -> None:
+    """Have ImGui's test engine run a scenario once there are frames, and note what comes of it."""
     from imgui_bundle import hello_imgui, imgui
 
     engine = imgui.test_engine
@@ -240,6 +246,7 @@ def _let_engine_play(scenario: Callable[[Finger], None], viewer: Any, failures: 
         finger.context = context
         try:
             scenario(finger)
+            through.append(scenario.__name__)
         except BaseException:
             failures.append(traceback.format_exc())
 

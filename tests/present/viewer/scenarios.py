@@ -41,6 +41,9 @@ MAY_GROW = 30e6
 LARGE = {"asking", "colouring", "leaving", "mapping", "panels", "switching"}
 """Those that need larger panels."""
 
+CLOSING = {"resizing"}
+"""Those that close the window, and wait for that to the end."""
+
 
 def shows(view: View) -> Condition:
     return lambda state: state.look.view is view
@@ -70,6 +73,13 @@ def standing(hands: Hands) -> Iterator[None]:
     """Nothing at all."""
     yield from hands.frames(3)
     assert hands.picture().std() > 10
+
+
+def ending_early(hands: Hands) -> Iterator[None]:
+    """A window that closes although nobody asks for it."""
+    yield from hands.frames(2)
+    hands.viewer.params.app_shall_exit = True
+    yield from hands.frames(2)
 
 
 def flying(hands: Hands) -> Iterator[None]:

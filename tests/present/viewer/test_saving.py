@@ -176,6 +176,17 @@ def test_removed_and_added_lights(opened: State) -> None:
     assert values(reopened(opened.scene, path)) == values(again)
 
 
+def test_all_lights_in_exchange_for_others(opened: State) -> None:
+    """Nothing is left then of the lights' tables that a new one could be put after."""
+    before = file_of(opened).read_text(encoding="utf-8")
+    none = lamps.removed(lamps.removed(opened, 1), 0)
+    after = saved(lamps.added(lamps.added(none), is_point=True))
+    assert "is saved" in after.notice and [lamp.number for lamp in after.lamps] == [0, 1]
+    text = file_of(opened).read_text(encoding="utf-8")
+    assert "torch" in before and "torch" not in text and text.count("[[lights]]") == 2
+    assert values(reopened(opened.scene, file_of(opened))) == values(after)
+
+
 def test_a_light_that_is_off_is_kept_and_that_is_told(opened: State) -> None:
     off = opened.with_lamp(1, replace(opened.lamps[1], is_on=False))
     after = saved(off)

@@ -164,6 +164,30 @@ def test_changed_lights_are_in_the_command_and_what_has_no_words_is_told(state: 
     assert copying.untold(state) == []
 
 
+def test_the_frustum_of_a_camera_to_cull_from_is_in_the_command_while_there_is_one(
+    state: State,
+) -> None:
+    """`render` takes the overlay for a mistake without that camera."""
+    state = replace(state, overlays=frozenset({Overlay.CAMERA_FRUSTUM}))
+    assert not {"--overlay", "--culled-from"} & set(options(state))
+    boxes = replace(state, overlays=state.overlays | {Overlay.BOXES})
+    assert options(boxes)["--overlay"] == ["boxes"]
+    found = options(replace(state, culled_from=CAMERA))
+    assert found["--overlay"] == ["camera-frustum"]
+    back = arguments.parse_camera(found["--culled-from"][0], CAMERA.fov, state.scene)
+    assert np.array_equal(back.position, CAMERA.position)
+
+
+def test_what_of_cameras_has_no_words_is_told(state: State) -> None:
+    """A command's cameras have one angle of view, and levels' near plane, not small models'."""
+    wide, near = replace(CAMERA, fov=99.0), replace(CAMERA, near=0.5)
+    assert copying.untold(replace(state, culled_from=CAMERA)) == []
+    culled = ["the angle of view that is culled from"]
+    assert copying.untold(replace(state, culled_from=wide)) == culled
+    for each in (replace(state, culled_from=near), state.jumped(near)):
+        assert copying.untold(each) == ["the near plane"]
+
+
 def test_levels_are_found_by_any_part_of_their_names() -> None:
     levels = ("aggressor", "oa_dm1", "oa_dm2", "dm6ish", "castle")
     assert matching("dm", levels) == ["dm6ish", "oa_dm1", "oa_dm2"]

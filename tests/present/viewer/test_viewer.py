@@ -82,6 +82,11 @@ def test_panels_hide_and_their_layout_is_remembered(screen: str, tmp_path: Path)
     assert not any((tmp_path / "work").iterdir())
 
 
+def test_a_window_that_closes_too_early_does_not_go_unnoticed(screen: str, tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match="closed at another time"):
+        play("ending_early", screen, tmp_path, **NOTHING_DRAWN)
+
+
 def test_it_works_where_nothing_can_be_remembered(screen: str, tmp_path: Path) -> None:
     play("standing", screen, tmp_path, HOME="/dev/null/nobody")
 

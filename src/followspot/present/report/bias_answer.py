@@ -10,7 +10,14 @@ from PIL import Image
 from followspot.arrays import Floats
 from followspot.present.report import plot
 from followspot.present.report.bias_samples import REACH
-from followspot.present.report.bias_study import CONTACT, OFFSETS, BiasStudy, Rates, study
+from followspot.present.report.bias_study import (
+    CONTACT,
+    LABELS,
+    OFFSETS,
+    BiasStudy,
+    Rates,
+    study,
+)
 from followspot.present.report.material import Material
 from followspot.present.report.plot import Line
 from followspot.present.report.plot_frame import Mark
@@ -18,12 +25,6 @@ from followspot.present.report.prose import prose
 from followspot.present.report.section import Section
 from followspot.present.report.ticks import Axis
 from followspot.scene.settings import CullFace
-
-LABELS = {
-    CullFace.FRONT: "without front faces",
-    CullFace.BACK: "without back faces",
-    CullFace.NONE: "with all faces",
-}
 
 ZERO = OFFSETS.index(0.0)
 

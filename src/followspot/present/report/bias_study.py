@@ -31,6 +31,13 @@ OFFSETS = (-3.0, -2.0, -1.5, -1.0, -0.7, -0.5, -0.3, -0.2, -0.1, 0.0,
            0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # fmt: skip
 """Texels by which receivers are moved along their normals."""
 
+LABELS = {
+    CullFace.FRONT: "without front faces",
+    CullFace.BACK: "without back faces",
+    CullFace.NONE: "with all faces",
+}
+"""What maps are by their culling, in words."""
+
 NO_ACNE = 1e-3
 """Share of the samples up to which acne is not seen."""
 
@@ -155,7 +162,7 @@ def study(
 
         said = {}
         for number, culling in enumerate(CullFace):
-            on_progress(0.7 + 0.1 * number, f"shadow maps without {culling.value} faces")
+            on_progress(0.7 + 0.1 * number, f"shadow maps {LABELS[culling]}")
             said[culling] = np.array([look(culling, 0.0, offset, 0.0) for offset in OFFSETS])
         own = look(
             settings.shadow_cull,

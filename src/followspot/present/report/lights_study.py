@@ -249,7 +249,7 @@ def _bounds(
 def _casters(scene: Scene, reached: dict[str, Mask]) -> dict[str, float]:
     """Median triangles a lamp; those that turn away from it cast as well as others."""
     faces = scene.mesh.faces
-    casts = np.array([m.blend is None for m in scene.materials])[faces["material"]]
+    casts = np.array([m.casts for m in scene.materials], bool)[faces["material"]]
     triangles = np.where(casts, faces["index_count"] // 3, 0)
     ways_ = [way for way in reached if way != "facing it"]
     return {way: float(np.median(reached[way] @ triangles)) for way in ways_}

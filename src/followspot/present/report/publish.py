@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from followspot.errors import UsageError
+from followspot.present import folders
 
 INDEX, FIGURES = "index.html", "report.json"
 
@@ -21,18 +22,31 @@ def published(folder: Path) -> Iterator[Path]:
 
     Raises:
         UsageError: something else is there, or it cannot be written.
+        OSError: what fills the folder met one; `writing` tells of those that are the folder's.
     """
     check(folder)
-    try:
+    with writing(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as workshop:
-            made = Path(workshop) / folder.name
+        workshop = tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent)
+    with workshop:
+        made = Path(workshop.name) / folder.name
+        with writing(folder):
             made.mkdir()
-            yield made
-            check(folder)
-            if folder.exists():
-                folder.rename(Path(workshop) / "before")
-            made.rename(folder)
+        yield made
+        check(folder)
+        with writing(folder):
+            folders.put(made, folder)
+
+
+@contextmanager
+def writing(folder: Path) -> Iterator[None]:
+    """Tell of an OSError as of this folder, which is being written.
+
+    Raises:
+        UsageError: in place of it.
+    """
+    try:
+        yield
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written: {error.strerror or error}") from None
 

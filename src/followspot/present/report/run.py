@@ -20,7 +20,7 @@ from followspot.present.renderer import Renderer
 from followspot.present.report.making import making
 from followspot.present.report.material import Material
 from followspot.present.report.page import Failure, page
-from followspot.present.report.publish import FIGURES, INDEX, check, published
+from followspot.present.report.publish import FIGURES, INDEX, check, published, writing
 from followspot.present.report.section import Section
 from followspot.present.report.steps import Step, all_steps
 from followspot.present.still import Wish, open_scene
@@ -90,7 +90,8 @@ def run(
             material = replace(material, on_progress=_teller(bar, task, step, number))
             _do(step, material, work, bar.console)
         bar.update(task, description=name, completed=len(steps))
-        _write(material, work)
+        with writing(folder):
+            _write(material, work)
     _tell(console, folder, work)
     return 1 if work.failed else 0
 

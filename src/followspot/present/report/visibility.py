@@ -1,8 +1,9 @@
 """What a camera and a light see of a scene, by rays in float64 instead of rasters and maps.
 
 The rules are the game's and the same as in `present.raytracer`: the camera does not see the backs
-of one-sided faces, blended surfaces throw no shadow, everything else stops light from both sides,
-and leaves and grates do both only where their texture says so. Characters are left out.
+of one-sided faces, blended surfaces and sprites throw no shadow, everything else stops light from
+both sides, and leaves and grates do both only where their texture says so. What throws none is not
+seen, either, and characters are left out.
 """
 
 from collections.abc import Iterator
@@ -12,9 +13,8 @@ import numpy as np
 
 from followspot.arrays import Floats, Mask
 from followspot.assets.shader_values import Sides
-from followspot.passes import shadow_fit
-from followspot.passes.shadow_fit import Boxes, ShadowFrustum
-from followspot.passes.shadow_tiles import near_reach, tile_size
+from followspot.passes.shadow_fit import ShadowFrustum
+from followspot.passes.shadow_tiles import ShadowTiles, near_reach
 from followspot.passes.visible import VisibleFaces
 from followspot.present.cut_outs import CutOuts
 from followspot.scene.camera import Camera
@@ -67,7 +67,7 @@ class Rays:
         table = np.array(
             [
                 (
-                    m.blend is None,
+                    m.casts,
                     m.alpha_test is not None,
                     m.is_two_sided,
                     m.sides is not Sides.BACK,
@@ -181,16 +181,13 @@ def fitted(
     clip_from_world = camera.clip_from_view(aspect, far) @ camera.view_from_world
     visible = VisibleFaces(scene)
     visible.update(camera.position, clip_from_world, cull=True)
-    faces = scene.mesh.faces
-    everything = shadow_fit.outlines(light, Boxes(faces["mins"], faces["maxs"]))
-    texels = tile_size(settings)
-    cone = shadow_fit.fit(light, everything, None, texels)
-    if not settings.shadow_fit:
-        return Fitted(cone, cone, None, near_reach(settings))
-    seen = shadow_fit.outlines(light, visible.receivers)
-    wide = shadow_fit.fit(light, everything, seen, texels)
-    near = shadow_fit.fit_near(light, wide, visible.receivers, seen, texels)
-    return Fitted(cone, wide, near, near_reach(settings))
+    tiles = ShadowTiles(scene)
+    tiles.fit((light,), settings, None)
+    cone = tiles.tiles[0].frustum
+    if settings.shadow_fit:
+        tiles.fit((light,), settings, visible.receivers)
+    found = {tile.is_near: tile.frustum for tile in tiles.tiles}
+    return Fitted(cone, found[False], found.get(True), near_reach(settings))
 
 
 def ways(camera: Camera, size: tuple[int, int]) -> Floats:

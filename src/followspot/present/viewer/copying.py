@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 import msgspec
 
+from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present.viewer.state import State
 from followspot.scene.camera import Camera
@@ -37,8 +38,11 @@ def as_command(state: State, size: tuple[int, int]) -> str:
     words += [f"--fov={camera.fov!r}", f"--size={size[0]}x{size[1]}"]
     if look.view is not View.FINAL:
         words.append(f"--view={look.view}")
-    if state.overlays:
-        words.append(f"--overlay={','.join(sorted(state.overlays))}")
+    overlays = state.overlays
+    if state.culled_from is None:  # whose frustum there is none of then, nor a command for it
+        overlays -= {Overlay.CAMERA_FRUSTUM}
+    if overlays:
+        words.append(f"--overlay={','.join(sorted(overlays))}")
     if state.culled_from is not None:
         words.append(f"--culled-from={_place(state.culled_from)}")
     if _has_own_lights(state):
@@ -56,6 +60,11 @@ def untold(state: State) -> list[str]:
     lights = [lamp.light for lamp in state.lamps if lamp.is_on]
     spots = [light for light in lights if isinstance(light, SpotLight)]
     reasons = []
+    decider = state.culled_from or state.camera
+    if {state.camera.near, decider.near} != {Camera.near}:
+        reasons.append("the near plane")
+    if decider.fov != state.camera.fov:
+        reasons.append("the angle of view that is culled from")
     if state.environment_constant != state.scene.environment_constant:
         reasons.append("the environment constant")
     if _has_own_lights(state):

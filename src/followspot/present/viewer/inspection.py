@@ -80,14 +80,14 @@ class Inspector:
         self._meet(gpu_scene)
         self._map_age = self._map_age + 1 if shadow.version == self._version else 0
         self._version = shadow.version
-        has_maps = any(state.frame(look).shadowed for look in state.looks)
+        has_maps = _has_maps(state)
         shows_key_map = any(look.view is View.SHADOW_MAP for look in state.looks)
         is_old = False
         if self._picked is not None:
             look = state.look_at((self._picked[0] + 0.5) / renderer.size[0])
             is_old = self._is_old(state, look, renderer.size)
         return Found(
-            key_maps=key_maps(renderer) if has_maps and shows_key_map else (),
+            key_maps=key_maps(renderer, state) if shows_key_map else (),
             shadow_map=None
             if asked.shadow_map is None or not has_maps
             else renderer.shadow_map_texture(asked.shadow_map),
@@ -120,8 +120,18 @@ class Inspector:
         self._thumbnails.release()
 
 
-def key_maps(renderer: Renderer) -> tuple[moderngl.Texture, ...]:
-    """The key light's shadow map as the last frame left it, as greys; or the six of its cube."""
+def _has_maps(state: State) -> bool:
+    """Whether a frame draws shadow maps; else those stay that an earlier one has left."""
+    return any(state.frame(look).shadowed for look in state.looks)
+
+
+def key_maps(renderer: Renderer, state: State) -> tuple[moderngl.Texture, ...]:
+    """The key light's shadow map as the last frame left it, as greys; or the six of its cube.
+
+    None where the state, which that frame was of, has no light with a map.
+    """
+    if not _has_maps(state):
+        return ()
     first = renderer.pipeline.shadow.layout.lights[:1]
     is_cube = any(isinstance(light, CubeSide) for light in first)
     found = (renderer.shadow_map_texture(number) for number in range(SIDES if is_cube else 1))

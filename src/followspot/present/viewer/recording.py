@@ -11,6 +11,7 @@ from os.path import lexists
 from pathlib import Path
 
 import numpy as np
+from moderngl import Texture
 from PIL import Image, ImageOps
 
 from followspot.errors import FollowspotError
@@ -189,15 +190,21 @@ def taken(renderer: Renderer, state: State, target: Target) -> Picture:
     """(h, w, 3) uint8 of what was drawn into a target, with shadow maps as the window has them."""
     picture: Picture = target.read()
     for look, part in zip(state.looks, canvas.halves(state, target.size), strict=True):
-        maps = key_maps(renderer) if look.view is View.SHADOW_MAP else ()
-        if maps:
+        if look.view is View.SHADOW_MAP:
             x, y, width, height = part or (0, 0, *target.size)
-            (columns, rows), cells = arranged(maps)
-            size = maps[0].width
-            greys = Image.new("RGB", (columns * size, rows * size), handles.BEHIND)
-            for texture, (row, column) in zip(maps, cells, strict=True):
-                side = Image.frombytes("RGBA", texture.size, texture.read()).convert("RGB")
-                greys.paste(side, (column * size, row * size))
-            fitted = ImageOps.pad(greys, (width, height), color=handles.BEHIND)
-            picture[y : y + height, x : x + width] = np.asarray(fitted)
+            shown = _unfolded(key_maps(renderer, state), (width, height))
+            picture[y : y + height, x : x + width] = np.asarray(shown)
     return picture
+
+
+def _unfolded(maps: tuple[Texture, ...], size: tuple[int, int]) -> Image.Image:
+    """The maps of `key_maps` as large as fits into so many pixels, what is behind them beside."""
+    if not maps:
+        return Image.new("RGB", size, handles.BEHIND)
+    (columns, rows), cells = arranged(maps)
+    edge = maps[0].width
+    greys = Image.new("RGB", (columns * edge, rows * edge), handles.BEHIND)
+    for texture, (row, column) in zip(maps, cells, strict=True):
+        side = Image.frombytes("RGBA", texture.size, texture.read()).convert("RGB")
+        greys.paste(side, (column * edge, row * edge))
+    return ImageOps.pad(greys, size, color=handles.BEHIND)

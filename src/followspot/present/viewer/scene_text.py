@@ -124,6 +124,9 @@ class Document:
     def _new_light(self) -> Any:
         """The table of one more light."""
         entries = self._toml.get("lights")
+        if isinstance(entries, AoT) and not entries:  # which an empty one is no place for
+            entries = None
+            del self._toml["lights"]
         if entries is None:
             return self._new_table("[[lights]]")
         if not isinstance(entries, AoT):
