@@ -1,7 +1,9 @@
 """The command line: mistakes give one line and exit code 2, and leave no file."""
 
 import gc
+import os
 import re
+import signal
 import subprocess
 import sys
 import warnings
@@ -128,18 +130,24 @@ def test_what_is_typed_wrongly_is_one_line(fail: Fail, typed: tuple[str, ...], t
     assert re.search(told, fail(*typed))
 
 
+@pytest.mark.parametrize(
+    ("number", "told"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
+)
 def test_an_interrupt_is_told(
-    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, number: signal.Signals, told: str
 ) -> None:
     def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
+        os.kill(os.getpid(), number)
+        raise AssertionError("went on")
 
+    before = signal.getsignal(number)
     monkeypatch.setattr("followspot.present.still.render", interrupt)
     monkeypatch.setattr(sys, "argv", ["followspot", *RENDER])
     with pytest.raises(SystemExit) as caught:
         cli.main()
-    assert caught.value.code == 130
-    assert capsys.readouterr() == ("", "followspot: interrupted\n")
+    assert caught.value.code == 128 + number
+    assert capsys.readouterr() == ("", f"followspot: {told}\n")
+    assert signal.getsignal(number) == before
 
 
 @pytest.mark.parametrize("typed", [(), ("--help",), ("render", "-h"), ("--version",)])

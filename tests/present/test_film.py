@@ -17,10 +17,10 @@ from PIL import Image
 
 from followspot.errors import FollowspotError, UsageError
 from followspot.passes.view import View
-from followspot.present import film, film_plan, video, workers
-from followspot.present.film import Interrupt
+from followspot.present import files, film, film_plan, video, workers
 from followspot.present.film_plan import FilmWish, Output
 from followspot.present.frames import Film, FilmCamera, exposures_for
+from followspot.present.interrupt import Interrupt
 from followspot.present.renderer import Renderer
 from followspot.present.still import Wish
 from followspot.present.video import Shape
@@ -230,6 +230,28 @@ def test_one_interrupt_keeps_the_frames_that_are_drawn(tmp_path: Path) -> None:
                 signal.raise_signal(signal.SIGTERM)
             written = film.write(to, noise(20), film_of(), 20_000, interrupt)
         assert written.frames == kept == len(decoded(to.path))
+
+
+@pytest.mark.parametrize("name", [os.fsdecode(b"b\xffd/\xff.mp4"), "x" * 250 + ".mp4", "ü.mp4"])
+def test_names_of_every_kind(tmp_path: Path, name: str) -> None:
+    to = Output(tmp_path / name, is_folder=False)
+    assert film.write(to, noise(9), film_of(), 10_000, Interrupt()).frames == 9
+    with files.plain(to.path) as path:
+        assert len(decoded(path)) == 9
+    assert list(to.path.parent.iterdir()) == [to.path]
+
+
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_a_link_stays_and_its_film_is_written(tmp_path: Path, is_folder: bool) -> None:
+    to = Output(tmp_path / "link.mp4", is_folder)
+    to.path.symlink_to(Path("elsewhere", "film"))
+    for count in (2, 3):
+        assert film.write(to, noise(count), film_of(), None, Interrupt()).frames == count
+    made = tmp_path / "elsewhere" / "film"
+    assert to.path.is_symlink() and not made.is_symlink() and made.is_dir() is is_folder
+    if is_folder:
+        assert len(list(made.iterdir())) == 3
+    assert list(made.parent.iterdir()) == [made]
 
 
 def test_a_failure_leaves_nothing(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from followspot.errors import UsageError
+from followspot.errors import UnwritableError, UsageError
 from followspot.passes import lighting
 from followspot.passes.view import View
 from followspot.present import arguments, video
@@ -74,7 +74,7 @@ def parse_output(text: str, wish: FilmWish) -> Output:
     try:
         is_taken = path.is_dir() if not is_folder else path.exists() and _holds_others(path)
     except OSError as error:
-        raise UsageError(f"{text}: cannot be written: {error.strerror}") from None
+        raise UnwritableError(text, error.strerror or str(error)) from None
     if is_taken and is_folder:
         raise UsageError(f"{text}: expected a folder of a film's frames, or nothing yet")
     if is_taken:

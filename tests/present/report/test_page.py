@@ -26,6 +26,7 @@ from followspot.passes.frame import PASSES, FrameReport
 from followspot.present import bench
 from followspot.present.bench import Timing
 from followspot.present.film_plan import FilmWish
+from followspot.present.interrupt import Terminated, interruptible
 from followspot.present.renderer import Renderer
 from followspot.present.report.film_step import FilmStep
 from followspot.present.report.frame_time import frame_time
@@ -337,7 +338,7 @@ def test_an_interrupt_leaves_the_report_before(tmp_path: Path, number: int) -> N
         os.kill(os.getpid(), number)
         raise AssertionError("went on")
 
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt), interruptible():
         run("courtyard", folder, WISH, None, [TITLE, Step("stop", "Stop", make)])
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     assert list(folder.parent.iterdir()) == [folder]
@@ -346,19 +347,34 @@ def test_an_interrupt_leaves_the_report_before(tmp_path: Path, number: int) -> N
 
 
 @pytest.mark.gl
-def test_an_interrupt_ends_the_film_too(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
+)
+def test_an_interrupt_ends_the_film_too(
+    tmp_path: Path, number: signal.Signals, kind: type[BaseException]
+) -> None:
     shares: list[float] = []
 
     def stop(share: float, _: str) -> None:
         shares.append(share)
         if len(shares) == 3:
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), number)
 
     scene = load("courtyard")
-    with Renderer((64, 36)) as renderer, pytest.raises(KeyboardInterrupt):
+    with Renderer((64, 36)) as renderer, pytest.raises(KeyboardInterrupt) as told, interruptible():
         own = Material("courtyard", scene, scene.camera(), (64, 36), (), renderer, tmp_path, stop)
         FilmStep(WISH, FilmWish(seconds=10))(own)
-    assert len(shares) < 10
+    assert len(shares) < 10 and told.type is kind
+
+
+@pytest.mark.gl
+def test_a_scene_whose_name_is_no_text(tmp_path: Path) -> None:
+    scene = str(tmp_path / os.fsdecode(b"b\xffd.toml"))
+    Path(scene).write_text('level = "courtyard"\n')
+    folder = tmp_path / "report"
+    assert run(scene, folder, WISH, None, [FINE]) == 0
+    parsed((folder / "index.html").read_text(encoding="utf-8"))
+    assert json.loads((folder / "report.json").read_text())["scene"].endswith(r"b\udcffd.toml")
 
 
 @pytest.mark.parametrize("kind", ["file", "link", "notes", "bad json", "nameless"])

@@ -1,20 +1,17 @@
 """``followspot report``: steps one after another, and the page made of them."""
 
-import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import msgspec
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from followspot.errors import FollowspotError, UsageError
 from followspot.present import arguments, film_plan
-from followspot.present.console import open_console, working
+from followspot.present.console import as_json, open_console, working
 from followspot.present.film_plan import FilmWish
 from followspot.present.renderer import Renderer
 from followspot.present.report.making import making
@@ -76,7 +73,6 @@ def run(
     steps = all_steps(wish, film_wish) if steps is None else steps
     work = _Work()
     with (
-        _terminable(),
         published(folder) as made,
         Renderer(size) as renderer,
         _bar(console) as bar,
@@ -125,7 +121,8 @@ def _write(material: Material, work: _Work) -> None:
     parts.insert(1 if has_film else 0, made)
     folder, camera = material.folder, material.camera
     text = page(title, parts, material.name)
-    (folder / INDEX).write_text(text, encoding="utf-8")
+    # Names that are no text have it escaped, as wherever they are told.
+    (folder / INDEX).write_text(text, encoding="utf-8", errors="backslashreplace")
     files = sorted([FIGURES, *(path.name for path in folder.iterdir())])
     everything = (title, *parts)
     told: dict[str, Any] = {
@@ -142,7 +139,7 @@ def _write(material: Material, work: _Work) -> None:
         },
         "files": files,
     }
-    (folder / FIGURES).write_bytes(msgspec.json.format(msgspec.json.encode(told)))
+    (folder / FIGURES).write_bytes(as_json(told))
 
 
 def _teller(bar: Progress, task: TaskID, step: Step, number: int) -> Callable[[float, str], None]:
@@ -155,21 +152,6 @@ def _teller(bar: Progress, task: TaskID, step: Step, number: int) -> Callable[[f
 def _bar(console: Console) -> Progress:
     columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
     return Progress(*columns, console=console)
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """Let kill -TERM unwind as Ctrl-C does, so that nothing half-made stays behind.
-
-    Ctrl-C itself is asked for, too: a process started in the background may be deaf to it.
-    """
-    numbers = signal.SIGTERM, signal.SIGINT
-    before = [signal.signal(number, signal.default_int_handler) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
 
 
 def _tell(console: Console, folder: Path, work: _Work) -> None:

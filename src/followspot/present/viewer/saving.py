@@ -10,7 +10,7 @@ from os.path import isfile, lexists, relpath
 from pathlib import Path
 
 from followspot.errors import AssetError, FollowspotError, UsageError
-from followspot.present import pictures
+from followspot.present import files
 from followspot.present.viewer import scene_text
 from followspot.present.viewer.copying import as_toml
 from followspot.present.viewer.state import State
@@ -120,7 +120,7 @@ def _write(path: Path, text: str) -> None:
     """Write the file itself, where the path is a link to it."""
     if lexists(path) and not os.access(path, os.W_OK):
         raise UsageError(f"{path}: cannot be written: it is read-only")
-    pictures.write_whole(path.resolve(), lambda part: part.write_bytes(text.encode()))
+    files.write_whole(path, lambda part: part.write_bytes(text.encode()))
 
 
 def _as_file(state: State, file: SceneFile, path: Path) -> State:
