@@ -1,6 +1,7 @@
 """Films: the right frames, the same however they are made, whole or not there at all."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -206,6 +207,29 @@ def test_a_limit_that_cannot_be_kept(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="even at the lowest quality"):
         film.write(to, noise(20), film_of(), 700, Interrupt())
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".webm"])
+@pytest.mark.parametrize(("count", "size"), [(15, (64, 64)), (60, (320, 240))])
+def test_every_limit_down_to_the_smallest_film(
+    tmp_path: Path, ending: str, count: int, size: tuple[int, int]
+) -> None:
+    """What the refusal says can be had can be had; so can what lies above."""
+    shape, path = Shape(size, Fraction(30)), tmp_path / f"film{ending}"
+    y, x = (each[..., np.newaxis] for each in np.mgrid[: size[1], : size[0]])
+    waves = [
+        np.sin((x + 9 * t) / 7) + np.cos((y * np.array([1, 2, 3]) - 5 * t) / 11)
+        for t in range(count)
+    ]
+    pictures = [(127 + 60 * wave).astype(np.uint8) for wave in waves]
+    with pytest.raises(UsageError, match="even at the lowest quality, and 9 are") as caught:
+        video.write_video(path, pictures, shape, 9, never)
+    (words,) = re.findall(r"frames of \d+x\d+ take ([\d,]+) bytes", str(caught.value))
+    smallest = int(words.replace(",", ""))
+    for limit in (smallest, smallest + 1, smallest * 11 // 10, smallest * 3 // 2, smallest * 3):
+        written = video.write_video(path, pictures, shape, limit, never)
+        assert written.bytes == path.stat().st_size <= limit
+        assert written.frames == count == len(decoded(path))
 
 
 def test_stopping_while_it_is_encoded_again(tmp_path: Path) -> None:

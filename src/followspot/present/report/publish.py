@@ -8,7 +8,8 @@ from typing import Any
 
 import msgspec
 
-from followspot.errors import UsageError
+from followspot.errors import UnwritableError, UsageError
+from followspot.present import files
 
 INDEX, FIGURES = "index.html", "report.json"
 
@@ -20,21 +21,23 @@ def published(folder: Path) -> Iterator[Path]:
     An earlier report there is replaced; anything else is left alone.
 
     Raises:
-        UsageError: something else is there, or it cannot be written.
+        UnwritableError: it, or what is put into it, cannot be written.
+        UsageError: something else is there.
     """
     check(folder)
-    try:
+    with files.writing(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as workshop:
-            made = Path(workshop) / folder.name
+        with tempfile.TemporaryDirectory(prefix=files.PREFIX, dir=folder.parent) as workshop:
+            made = Path(workshop) / "report"
             made.mkdir()
-            yield made
+            try:
+                yield made
+            except UnwritableError as error:  # of a name that nobody has heard of
+                raise UnwritableError(folder, error.reason) from None
             check(folder)
             if folder.exists():
                 folder.rename(Path(workshop) / "before")
             made.rename(folder)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written: {error.strerror or error}") from None
 
 
 def check(folder: Path) -> None:
@@ -52,7 +55,7 @@ def check(folder: Path) -> None:
             raise UsageError(f"{folder}: expected a folder with a report, or nothing yet")
         others = {path.name for path in folder.iterdir()} - _files_of(folder)
     except OSError as error:
-        raise UsageError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise UnwritableError(folder, error.strerror or str(error)) from None
     if others:
         raise UsageError(
             f"{folder}: expected a folder with a report, or nothing yet; found {min(others)} in it"
