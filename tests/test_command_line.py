@@ -14,7 +14,10 @@ import pytest
 from PIL import Image
 
 from followspot import cli
+from followspot.errors import UsageError
+from followspot.present import still
 from followspot.present.still import Wish
+from followspot.present.viewer import window
 
 Capture = pytest.CaptureFixture[str]
 
@@ -88,7 +91,8 @@ RENDER = ("render", "courtyard", "-o", "x.png")
         (("--time", "nan"), "--time"),
         (("--time", "-1e300"), "--time"),
         (("--view", "shadow-map", "--no-shadows"), "no shadow map"),
-        (("--light", "point:0,0,9:5") * 9, "at most 8 lights"),
+        (("--light", "point:0,0,9:5") * 9, "--light: at most 8 lights"),
+        (("--view", "shadow-map", "--overlay", "boxes"), "--overlay: expected none over a shadow"),
     ],
     ids=lambda value: " ".join(value)[:60] if isinstance(value, tuple) else "",
 )
@@ -123,6 +127,8 @@ def test_outputs_of_no_known_kind(fail: Fail, name: str) -> None:
         (("film", "[/x]", "-o", "x.mp4"), r"\[/x\]: expected"),
         (("figures", "[/x]", "-o", "x"), r"\[/x\]: expected"),
         (("bench", "[/x]"), r"\[/x\]: expected"),
+        (("bench", "courtyard", "--sweep", "--camera", "title"), "--camera: .* none with --sweep"),
+        (("bench", "courtyard", "--sweep", "--fov", "90"), "--fov: .* none with --sweep"),
         (("inspect", "a\nb\x1b[1m"), r"a\\nb\\x1b\[1m: expected"),
     ],
 )
@@ -190,6 +196,20 @@ def test_broken_level_file_as_a_user_sees_it(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1 and "bad.bsp" in done.stderr
     assert "expected" in done.stderr and "found" in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["bad.bsp"]
+
+
+def test_lights_of_a_scene_file_that_are_too_many(tmp_path: Path) -> None:
+    """Told with file and key, before anything is drawn; those that are typed take their place."""
+    light = "[[lights]]\ntype = 'point'\nposition = [0, 0, 100]\npower = 5\n"
+    path = tmp_path / "nine.toml"
+    path.write_text('level = "courtyard"\n' + light * 9)
+    told = f"{path}: lights: at most 8 lights, .* there are 9, 0 spot"
+    for opened in (still.open_scene, window.start):
+        with pytest.raises(UsageError, match=told):
+            opened(str(path), Wish())
+    one = Wish(lights=["point:0,0,9:5"])
+    assert len(still.open_scene(str(path), one)[0].lights) == 1
+    assert len(window.start(str(path), one).lamps) == 1
 
 
 @pytest.mark.gl

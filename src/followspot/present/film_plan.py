@@ -6,7 +6,6 @@ from fractions import Fraction
 from pathlib import Path
 
 from followspot.errors import UnwritableError, UsageError
-from followspot.passes import lighting
 from followspot.passes.view import View
 from followspot.present import arguments, video
 from followspot.present.frames import Film, exposures_for, lit_along
@@ -131,7 +130,6 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
     scene, _ = open_scene(scene_name, wish)
     path = _path(scene, film_wish)
     scene = lit_along(scene, path)
-    lighting.in_order(scene.lights)  # too many are told before anything starts
     fps = Fraction(film_wish.fps).limit_denominator(1001)
     count = max(1, round(path.seconds * fps))
     if count > MAX_FRAMES:

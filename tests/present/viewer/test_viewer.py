@@ -129,7 +129,7 @@ def test_what_cannot_be_opened_is_told_in_one_line(words: list[str], screen: str
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--light=point:1,1,100:50"] * 9, "at most 8 lights"),
+        (["--light=point:1,1,100:50"] * 9, "--light: at most 8 lights"),
         (["--set=shadow_map_size=8192", *["--light=point:1,1,100:50"] * 8], "shadow_map_size: "),
     ],
 )

@@ -18,7 +18,7 @@ from followspot.gpu.timers import FrameTimer
 from followspot.present import arguments
 from followspot.present.interrupt import Interrupt
 from followspot.present.renderer import Renderer
-from followspot.present.still import Wish, open_scene
+from followspot.present.still import Wish, open_any, open_scene, require_drawable
 from followspot.present.viewer import canvas, controls, handles, layout
 from followspot.present.viewer.history import History
 from followspot.present.viewer.inspection import Inspector
@@ -50,12 +50,13 @@ def run(name: str, wish: Wish) -> None:
 def start(name: str, wish: Wish) -> State:
     """The state that a wish asks for; its scene is as its file says."""
     plain = replace(wish, settings=(), albedo=None, shadows=True, sky_light=True)
-    scene, camera = open_scene(name, replace(plain, lights=()))
+    scene, camera = open_any(name, replace(plain, lights=()))
     settings = arguments.parse_settings(
         scene, wish.settings, albedo=wish.albedo, shadows=wish.shadows, sky_light=wish.sky_light
     )
     state = State.of(replace(scene, settings=settings), camera)
     lights = [arguments.parse_light(text) for text in wish.lights]
+    require_drawable(scene.with_lights(*lights) if lights else scene, wish)
     return replace(
         state,
         scene=scene,
