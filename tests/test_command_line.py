@@ -237,6 +237,20 @@ def test_a_picture_and_its_numbers(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["d.npy", "n.npy", "n.png"]
 
 
+def test_help_says_what_can_be_filmed(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    """`film player:sarge` is refused; a report of it just has no film."""
+    monkeypatch.setenv("COLUMNS", "400")  # so that no line of it is folded
+    told = {}
+    for command in ("film", "report"):
+        monkeypatch.setattr(sys, "argv", ["followspot", command, "--help"])
+        with pytest.raises(SystemExit):
+            cli.main()
+        told[command] = capsys.readouterr().out
+    assert "player:sarge" in told["report"] and "player:sarge" not in told["film"]
+    assert all("one frame at least" in text for text in told.values())
+    assert "whose edges are made even" in told["report"]
+
+
 def test_help_names_every_command(tmp_path: Path) -> None:
     done = followspot("--help", cwd=tmp_path)
     assert done.returncode == 0
