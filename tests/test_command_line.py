@@ -1,7 +1,9 @@
 """The command line: mistakes give one line and exit code 2, and leave no file."""
 
 import gc
+import os
 import re
+import signal
 import subprocess
 import sys
 import warnings
@@ -12,7 +14,10 @@ import pytest
 from PIL import Image
 
 from followspot import cli
+from followspot.errors import UsageError
+from followspot.present import still
 from followspot.present.still import Wish
+from followspot.present.viewer import window
 
 Capture = pytest.CaptureFixture[str]
 
@@ -86,7 +91,8 @@ RENDER = ("render", "courtyard", "-o", "x.png")
         (("--time", "nan"), "--time"),
         (("--time", "-1e300"), "--time"),
         (("--view", "shadow-map", "--no-shadows"), "no shadow map"),
-        (("--light", "point:0,0,9:5") * 9, "at most 8 lights"),
+        (("--light", "point:0,0,9:5") * 9, "--light: at most 8 lights"),
+        (("--view", "shadow-map", "--overlay", "boxes"), "--overlay: expected none over a shadow"),
     ],
     ids=lambda value: " ".join(value)[:60] if isinstance(value, tuple) else "",
 )
@@ -121,6 +127,8 @@ def test_outputs_of_no_known_kind(fail: Fail, name: str) -> None:
         (("film", "[/x]", "-o", "x.mp4"), r"\[/x\]: expected"),
         (("figures", "[/x]", "-o", "x"), r"\[/x\]: expected"),
         (("bench", "[/x]"), r"\[/x\]: expected"),
+        (("bench", "courtyard", "--sweep", "--camera", "title"), "--camera: .* none with --sweep"),
+        (("bench", "courtyard", "--sweep", "--fov", "90"), "--fov: .* none with --sweep"),
         (("inspect", "a\nb\x1b[1m"), r"a\\nb\\x1b\[1m: expected"),
     ],
 )
@@ -128,18 +136,24 @@ def test_what_is_typed_wrongly_is_one_line(fail: Fail, typed: tuple[str, ...], t
     assert re.search(told, fail(*typed))
 
 
+@pytest.mark.parametrize(
+    ("number", "told"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
+)
 def test_an_interrupt_is_told(
-    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, number: signal.Signals, told: str
 ) -> None:
     def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
+        os.kill(os.getpid(), number)
+        raise AssertionError("went on")
 
+    before = signal.getsignal(number)
     monkeypatch.setattr("followspot.present.still.render", interrupt)
     monkeypatch.setattr(sys, "argv", ["followspot", *RENDER])
     with pytest.raises(SystemExit) as caught:
         cli.main()
-    assert caught.value.code == 130
-    assert capsys.readouterr() == ("", "followspot: interrupted\n")
+    assert caught.value.code == 128 + number
+    assert capsys.readouterr() == ("", f"followspot: {told}\n")
+    assert signal.getsignal(number) == before
 
 
 @pytest.mark.parametrize("typed", [(), ("--help",), ("render", "-h"), ("--version",)])
@@ -184,6 +198,20 @@ def test_broken_level_file_as_a_user_sees_it(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["bad.bsp"]
 
 
+def test_lights_of_a_scene_file_that_are_too_many(tmp_path: Path) -> None:
+    """Told with file and key, before anything is drawn; those that are typed take their place."""
+    light = "[[lights]]\ntype = 'point'\nposition = [0, 0, 100]\npower = 5\n"
+    path = tmp_path / "nine.toml"
+    path.write_text('level = "courtyard"\n' + light * 9)
+    told = f"{path}: lights: at most 8 lights, .* there are 9, 0 spot"
+    for opened in (still.open_scene, window.start):
+        with pytest.raises(UsageError, match=told):
+            opened(str(path), Wish())
+    one = Wish(lights=["point:0,0,9:5"])
+    assert len(still.open_scene(str(path), one)[0].lights) == 1
+    assert len(window.start(str(path), one).lamps) == 1
+
+
 @pytest.mark.gl
 def test_folder_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"")
@@ -207,6 +235,20 @@ def test_a_picture_and_its_numbers(tmp_path: Path) -> None:
     assert normals.dtype == depth.dtype == np.float32
     assert np.abs(shown / 255 - normals).max() < 1.01 / 255
     assert sorted(path.name for path in tmp_path.iterdir()) == ["d.npy", "n.npy", "n.png"]
+
+
+def test_help_says_what_can_be_filmed(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    """`film player:sarge` is refused; a report of it just has no film."""
+    monkeypatch.setenv("COLUMNS", "400")  # so that no line of it is folded
+    told = {}
+    for command in ("film", "report"):
+        monkeypatch.setattr(sys, "argv", ["followspot", command, "--help"])
+        with pytest.raises(SystemExit):
+            cli.main()
+        told[command] = capsys.readouterr().out
+    assert "player:sarge" in told["report"] and "player:sarge" not in told["film"]
+    assert all("one frame at least" in text for text in told.values())
+    assert "whose edges are made even" in told["report"]
 
 
 def test_help_names_every_command(tmp_path: Path) -> None:

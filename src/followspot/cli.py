@@ -1,9 +1,12 @@
 """The command line: which commands there are, and how what goes wrong is told."""
 
+import errno
 import os
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
+from io import TextIOWrapper
 from itertools import pairwise
 from typing import Annotated, Any, NoReturn
 
@@ -12,7 +15,8 @@ from typer.core import TyperGroup
 
 from followspot import __version__
 from followspot.commands import drawing, measuring
-from followspot.errors import FollowspotError, UsageError, printable
+from followspot.errors import FollowspotError, UnwritableError, UsageError, printable
+from followspot.present.interrupt import Terminated, interruptible
 
 # NumPy's matrix products here are small: threads that spin for them cost more than they bring.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -22,10 +26,16 @@ class _Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was typed; typer would end without a word on Ctrl-C."""
         try:
-            return super().invoke(ctx)
+            with interruptible():
+                return super().invoke(ctx)
+        except Terminated:
+            _fail("terminated", 128 + signal.SIGTERM)
         except KeyboardInterrupt:
             _fail("interrupted", 128 + signal.SIGINT)
 
+
+_OF_OUTPUT = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EPIPE)
+"""What goes wrong with standard output; of files, those who write them tell."""
 
 app = typer.Typer(
     cls=_Commands,
@@ -66,8 +76,14 @@ def _common(
 
 def main() -> NoReturn:
     """Run the command line; what a user caused is one line on stderr and exit code 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # names may hold what its encoding does not
+            stream.reconfigure(errors="backslashreplace")
     try:
-        sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0)
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        sys.exit(code or 0)
     except UsageError as error:
         _fail(str(error))
     except FollowspotError as error:
@@ -76,6 +92,14 @@ def main() -> NoReturn:
         _fail(_told(error) + _typed_for(error.param.opts if error.param else ()))
     except typer.TyperException as error:
         _fail(_told(error))
+    except OSError as error:
+        if error.filename is not None or error.errno not in _OF_OUTPUT:
+            raise
+        with suppress(OSError):
+            sys.stdout.close()  # lest Python tries once more
+        if error.errno == errno.EPIPE:  # nobody reads any more
+            sys.exit(1)
+        _fail(str(UnwritableError("standard output", os.strerror(error.errno))))
 
 
 def _told(error: typer.TyperException) -> str:
@@ -94,5 +118,6 @@ def _typed_for(option: Sequence[str]) -> str:
 
 
 def _fail(text: str, code: int = 2) -> NoReturn:
-    print(f"followspot: {text}", file=sys.stderr)
+    with suppress(OSError):  # there is nobody else to tell
+        print(f"followspot: {text}", file=sys.stderr, flush=True)
     sys.exit(code)

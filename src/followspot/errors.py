@@ -3,6 +3,7 @@
     FollowspotError          one clear line on stderr, exit code 2, never a traceback
     ├── AssetError           a file is missing, truncated, oversized or lies
     ├── UsageError           an argument or setting makes no sense
+    │   └── UnwritableError  a file or folder cannot be written
     └── ContextError         no OpenGL context can be had on this machine
 
 Anything else that escapes is a bug of ours and keeps its traceback.
@@ -10,6 +11,7 @@ Anything else that escapes is a bug of ours and keeps its traceback.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 
 class FollowspotError(Exception):
@@ -68,6 +70,19 @@ def asked_by(source: str, key: str, **others: str) -> Iterator[None]:
 
 class UsageError(FollowspotError):
     """An argument, camera name or setting that cannot be used as given."""
+
+
+class UnwritableError(UsageError):
+    """A file or folder that cannot be written where somebody wants it.
+
+    Args:
+        path: The file or folder.
+        reason: What the system says, or what was expected and found.
+    """
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"{path}: cannot be written: {reason}")
 
 
 class ContextError(FollowspotError):

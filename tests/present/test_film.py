@@ -1,6 +1,7 @@
 """Films: the right frames, the same however they are made, whole or not there at all."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,10 +18,10 @@ from PIL import Image
 
 from followspot.errors import FollowspotError, UsageError
 from followspot.passes.view import View
-from followspot.present import film, film_plan, video, workers
-from followspot.present.film import Interrupt
+from followspot.present import files, film, film_plan, video, workers
 from followspot.present.film_plan import FilmWish, Output
 from followspot.present.frames import Film, FilmCamera, exposures_for
+from followspot.present.interrupt import Interrupt
 from followspot.present.renderer import Renderer
 from followspot.present.still import Wish
 from followspot.present.video import Shape
@@ -208,6 +209,29 @@ def test_a_limit_that_cannot_be_kept(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("ending", [".mp4", ".webm"])
+@pytest.mark.parametrize(("count", "size"), [(15, (64, 64)), (60, (320, 240))])
+def test_every_limit_down_to_the_smallest_film(
+    tmp_path: Path, ending: str, count: int, size: tuple[int, int]
+) -> None:
+    """What the refusal says can be had can be had; so can what lies above."""
+    shape, path = Shape(size, Fraction(30)), tmp_path / f"film{ending}"
+    y, x = (each[..., np.newaxis] for each in np.mgrid[: size[1], : size[0]])
+    waves = [
+        np.sin((x + 9 * t) / 7) + np.cos((y * np.array([1, 2, 3]) - 5 * t) / 11)
+        for t in range(count)
+    ]
+    pictures = [(127 + 60 * wave).astype(np.uint8) for wave in waves]
+    with pytest.raises(UsageError, match="even at the lowest quality, and 9 are") as caught:
+        video.write_video(path, pictures, shape, 9, never)
+    (words,) = re.findall(r"frames of \d+x\d+ take ([\d,]+) bytes", str(caught.value))
+    smallest = int(words.replace(",", ""))
+    for limit in (smallest, smallest + 1, smallest * 11 // 10, smallest * 3 // 2, smallest * 3):
+        written = video.write_video(path, pictures, shape, limit, never)
+        assert written.bytes == path.stat().st_size <= limit
+        assert written.frames == count == len(decoded(path))
+
+
 def test_stopping_while_it_is_encoded_again(tmp_path: Path) -> None:
     """What comes then is shorter, and plays."""
     asked = []
@@ -230,6 +254,28 @@ def test_one_interrupt_keeps_the_frames_that_are_drawn(tmp_path: Path) -> None:
                 signal.raise_signal(signal.SIGTERM)
             written = film.write(to, noise(20), film_of(), 20_000, interrupt)
         assert written.frames == kept == len(decoded(to.path))
+
+
+@pytest.mark.parametrize("name", [os.fsdecode(b"b\xffd/\xff.mp4"), "x" * 250 + ".mp4", "ü.mp4"])
+def test_names_of_every_kind(tmp_path: Path, name: str) -> None:
+    to = Output(tmp_path / name, is_folder=False)
+    assert film.write(to, noise(9), film_of(), 10_000, Interrupt()).frames == 9
+    with files.plain(to.path) as path:
+        assert len(decoded(path)) == 9
+    assert list(to.path.parent.iterdir()) == [to.path]
+
+
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_a_link_stays_and_its_film_is_written(tmp_path: Path, is_folder: bool) -> None:
+    to = Output(tmp_path / "link.mp4", is_folder)
+    to.path.symlink_to(Path("elsewhere", "film"))
+    for count in (2, 3):
+        assert film.write(to, noise(count), film_of(), None, Interrupt()).frames == count
+    made = tmp_path / "elsewhere" / "film"
+    assert to.path.is_symlink() and not made.is_symlink() and made.is_dir() is is_folder
+    if is_folder:
+        assert len(list(made.iterdir())) == 3
+    assert list(made.parent.iterdir()) == [made]
 
 
 def test_a_failure_leaves_nothing(tmp_path: Path) -> None:

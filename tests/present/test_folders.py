@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from followspot.errors import UsageError
-from followspot.present import film, folders
-from followspot.present.film import Interrupt
+from followspot.present import files, film, folders
 from followspot.present.film_plan import Output
 from followspot.present.frames import Film
-from followspot.present.report.publish import FIGURES, published, writing
+from followspot.present.interrupt import Interrupt
+from followspot.present.report.publish import FIGURES, published
 from followspot.scene.path import CameraPath, Key
 
 RENAME = Path.rename
@@ -150,7 +150,7 @@ def test_what_fills_a_report_tells_of_its_own_errors(place: Path) -> None:
     with (
         pytest.raises(UsageError, match="before: cannot be written: No space left"),
         published(place),
-        writing(place),
+        files.writing(place),
     ):
         raise OSError(errno.ENOSPC, "No space left on device")
     assert contents(place) == before and list(place.parent.iterdir()) == [place]

@@ -18,6 +18,7 @@ from followspot.commands.options import (
     NoShadowsOption,
     NoSkyLightOption,
     PathOption,
+    PlaceArgument,
     SceneArgument,
     SecondsOption,
     SetOption,
@@ -143,7 +144,7 @@ def figures(
 
 
 def film(
-    scene: SceneArgument,
+    scene: PlaceArgument,
     output: Annotated[
         str,
         typer.Option(
@@ -218,10 +219,21 @@ def report(
     size: Annotated[
         str,
         typer.Option(
-            "--size", metavar="WxH", help="Pixels of the film; pictures have twice as many a side."
+            "--size",
+            metavar="WxH",
+            help="Pixels of the film, whose edges are made even; pictures have twice as many a "
+            "side, 16384 at most.",
         ),
     ] = "960x540",
-    film: Annotated[bool, typer.Option("--film/--no-film", help="Whether there is a film.")] = True,
+    film: Annotated[
+        bool | None,
+        typer.Option(
+            "--film/--no-film",
+            help="Whether there is a film: by default of scenes and levels; of a model alone "
+            "there cannot be any.",
+            show_default=False,
+        ),
+    ] = None,
     path: PathOption = None,
     seconds: SecondsOption = None,
     max_bytes: MaxBytesOption = None,
@@ -242,6 +254,7 @@ def report(
     from followspot.present.film_plan import FilmWish
     from followspot.present.report import run as report_
     from followspot.present.still import Wish
+    from followspot.scene import figure_file
 
     wish = Wish(
         camera=camera,
@@ -251,8 +264,10 @@ def report(
         assets=assets or (),
         settings=set_ or (),
     )
-    film_wish = FilmWish(path, seconds, max_bytes=max_bytes, jobs=jobs) if film else None
-    raise typer.Exit(report_.run(scene, output, wish, film_wish))
+    film_wish = FilmWish(path, seconds, max_bytes=max_bytes, jobs=jobs)
+    if film is None:
+        film = film_wish != FilmWish(jobs=jobs) or not figure_file.is_model(scene)
+    raise typer.Exit(report_.run(scene, output, wish, film_wish if film else None))
 
 
 def view(

@@ -13,14 +13,21 @@ def folder(text: str) -> Path:
     return Path(text)
 
 
+_PLACES = (
+    "A built-in scene (courtyard), a scene file (x.toml), a level's file (x.bsp, x.pk3, "
+    "x.pk3:name), the name of an installed level (oa_dm5)"
+)
 SceneArgument = Annotated[
     str,
     typer.Argument(
         metavar="SCENE_OR_LEVEL",
-        help="A built-in scene (courtyard), a scene file (x.toml), a level's file (x.bsp, x.pk3, "
-        "x.pk3:name), the name of an installed level (oa_dm5), or a model alone (x.md2, x.md3, "
-        "x.glb, x.gltf, x.obj, x.ply, player:sarge).",
+        help=f"{_PLACES}, or a model alone (x.md2, x.md3, x.glb, x.gltf, x.obj, x.ply, "
+        "player:sarge).",
     ),
+]
+PlaceArgument = Annotated[
+    str,
+    typer.Argument(metavar="SCENE_OR_LEVEL", help=f"{_PLACES}; no model alone."),
 ]
 AssetsOption = Annotated[
     list[Path] | None,
@@ -85,7 +92,10 @@ PathOption = Annotated[
 ]
 SecondsOption = Annotated[
     float | None,
-    typer.Option("--seconds", help="Length of the film, by default the path's own (auto: 20)."),
+    typer.Option(
+        "--seconds",
+        help="Length of the film, by default the path's own (auto: 20); one frame at least.",
+    ),
 ]
 MaxBytesOption = Annotated[
     int | None,

@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from followspot.errors import UsageError
 from followspot.passes.frame import FrameInput, FrameReport
 from followspot.present import arguments
 from followspot.present.renderer import Renderer
@@ -85,7 +86,15 @@ def run(
         frames: How many are counted for each view.
         sweep: Whether all of the scene's cameras are measured instead of one.
         on_view: Told of each view's figures when they are there.
+
+    Raises:
+        AssetError: the scene cannot be opened.
+        ContextError: there is no OpenGL.
+        UsageError: something in the wish makes no sense.
     """
+    for option, given in (("--camera", wish.camera), ("--fov", wish.fov)):
+        if sweep and given is not None:
+            raise UsageError(f"{option}: expected none with --sweep, which has views of its own")
     steps = Steps()
     size = arguments.parse_size(wish.size)
     scene, camera = open_scene(name, wish, steps)

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from followspot.passes import lighting
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
-from followspot.present import arguments, pictures
+from followspot.present import arguments, files, pictures
 from followspot.present.renderer import Renderer
 from followspot.present.still import Wish, open_scene
 from followspot.scene.camera import Camera
@@ -63,7 +63,13 @@ def make(
         wish: Camera, lights and settings.
         on_step: Told of each step of loading.
         on_picture: Told of each file when it is there.
+
+    Raises:
+        AssetError: the scene cannot be opened.
+        UnwritableError: the folder is a file, or cannot be written into.
+        UsageError: something in the wish makes no sense.
     """
+    files.require_folder(folder)
     size = arguments.parse_size(wish.size)
     scene, camera = open_scene(name, wish, on_step)
     with Renderer(size) as renderer:

@@ -1,10 +1,8 @@
 """A film of a scene, from what was typed to the file."""
 
-import signal
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from types import FrameType
 
 from rich.console import Console
 from rich.progress import (
@@ -18,39 +16,15 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from followspot.errors import UsageError
-from followspot.present import film_plan, folders, video, workers
+from followspot.errors import UnwritableError
+from followspot.present import files, film_plan, folders, video, workers
 from followspot.present.console import open_console, working
 from followspot.present.film_plan import FilmWish, Output
 from followspot.present.frames import Film, FilmCamera, Picture
+from followspot.present.interrupt import Interrupt
 from followspot.present.still import Wish
 from followspot.present.video import Shape, Written
 from followspot.scene.scene import Scene
-
-
-class Interrupt:
-    """Ctrl-C and kill -TERM as something to ask about, while it is a context.
-
-    Attributes:
-        signal: The one that came last; none so far if None.
-        count: How many have come: one ends the drawing, two end it all.
-    """
-
-    def __init__(self) -> None:
-        self.signal: int | None = None
-        self.count = 0
-
-    def _come(self, number: int, _: FrameType | None) -> None:
-        self.signal, self.count = number, self.count + 1
-
-    def __enter__(self) -> "Interrupt":
-        numbers = (signal.SIGINT, signal.SIGTERM)
-        self._before = [(number, signal.signal(number, self._come)) for number in numbers]
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for number, handler in self._before:
-            signal.signal(number, handler)
 
 
 def run(scene: str, output: str, wish: Wish, film_wish: FilmWish) -> int:
@@ -139,7 +113,8 @@ def write(
     comes.
 
     Raises:
-        UsageError: it cannot be written there, or not so small.
+        UnwritableError: it cannot be written there.
+        UsageError: or not so small.
     """
     not_ours: list[OSError] = []
 
@@ -151,22 +126,37 @@ def write(
             raise
 
     try:
-        to.path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(
-            prefix=f".{to.path.stem}-", dir=to.path.parent
-        ) as workshop:
-            part = Path(workshop) / to.path.name
-            if to.is_folder:
-                written = video.write_folder(part, drawn())
-            else:
-                shape = Shape(film.size, film.fps)
-                written = video.write_video(
-                    part, drawn(), shape, max_bytes, lambda: interrupt.count > 1, on_attempt
-                )
-            if written.frames:
-                folders.put(part, to.path)
-    except OSError as error:
-        if error in not_ours:
-            raise
-        raise UsageError(f"{to.path}: cannot be written: {error.strerror or error}") from None
+        with files.writing(to.path):
+            return _write(to, drawn(), film, max_bytes, interrupt, on_attempt)
+    except UnwritableError:
+        if not_ours:
+            raise not_ours[0] from None
+        raise
+
+
+def _write(
+    to: Output,
+    pictures: Iterable[Picture],
+    film: Film,
+    max_bytes: int | None,
+    interrupt: Interrupt,
+    on_attempt: Callable[[int], object],
+) -> Written:
+    """As `write`; an OSError is the file's or the pictures' own."""
+    path = files.target(to.path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with (
+        tempfile.TemporaryDirectory(prefix=files.PREFIX, dir=path.parent) as workshop,
+        files.plain(Path(workshop)) as shop,
+    ):
+        part = shop / f"film{'' if to.is_folder else to.path.suffix}"
+        if to.is_folder:
+            written = video.write_folder(part, pictures)
+        else:
+            shape = Shape(film.size, film.fps)
+            written = video.write_video(
+                part, pictures, shape, max_bytes, lambda: interrupt.count > 1, on_attempt
+            )
+        if written.frames:
+            folders.put(Path(workshop) / part.name, path)
     return written

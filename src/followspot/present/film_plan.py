@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from followspot.errors import UsageError
-from followspot.passes import lighting
+from followspot.errors import UnwritableError, UsageError
 from followspot.passes.view import View
 from followspot.present import arguments, video
 from followspot.present.frames import Film, exposures_for, lit_along
@@ -74,7 +73,7 @@ def parse_output(text: str, wish: FilmWish) -> Output:
     try:
         is_taken = path.is_dir() if not is_folder else path.exists() and _holds_others(path)
     except OSError as error:
-        raise UsageError(f"{text}: cannot be written: {error.strerror}") from None
+        raise UnwritableError(text, error.strerror or str(error)) from None
     if is_taken and is_folder:
         raise UsageError(f"{text}: expected a folder of a film's frames, or nothing yet")
     if is_taken:
@@ -131,7 +130,6 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
     scene, _ = open_scene(scene_name, wish)
     path = _path(scene, film_wish)
     scene = lit_along(scene, path)
-    lighting.in_order(scene.lights)  # too many are told before anything starts
     fps = Fraction(film_wish.fps).limit_denominator(1001)
     count = max(1, round(path.seconds * fps))
     if count > MAX_FRAMES:

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 from rich.table import Table
 from rich.text import Text
@@ -17,7 +16,7 @@ from followspot.assets.md3 import Md3Model, read_md3
 from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image, images_beside
 from followspot.assets.player import Player, load_player
 from followspot.assets.script_files import load_scripts
-from followspot.present.console import open_console
+from followspot.present.console import open_console, print_json
 from followspot.scene import figure_file
 from followspot.scene.figure_file import PLAYER, FigureFiles
 from followspot.scene.search import search_roots
@@ -53,7 +52,7 @@ def tell(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     """Run ``followspot inspect`` for a model."""
     found = inspect(name, assets)
     if as_json:
-        print(msgspec.json.format(msgspec.json.encode(found)).decode())
+        print_json(found)
         return
     console = open_console()
     console.print(Text(found["name"], style="bold"), found["file"], sep="  ")

@@ -1,9 +1,7 @@
 """Pictures into files: whole or not at all."""
 
-import os
-import tempfile
-from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from followspot.errors import UsageError
+from followspot.present.files import write_whole
 
 DISPLAY_ENDINGS = (".png", ".jpg", ".jpeg")
 LINEAR_ENDINGS = (".exr", ".npy")
@@ -38,11 +37,11 @@ def save(path: Path, picture: NDArray[Any], channel: str = "Y") -> None:
         channel: Name of the only channel of a (h, w) exr.
 
     Raises:
-        UsageError: the file cannot be written there.
+        UnwritableError: the file cannot be written there.
     """
     ending = path.suffix.lower()
     if ending == ".npy":
-        write_whole(path, lambda to: np.save(to, picture))
+        write_whole(path, lambda to: _save_npy(to, picture))
     elif ending == ".exr":
         write_whole(path, lambda to: _save_exr(to, picture, channel))
     else:
@@ -51,35 +50,10 @@ def save(path: Path, picture: NDArray[Any], channel: str = "Y") -> None:
         write_whole(path, lambda to: image.save(to, None, **options))
 
 
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a file beside `path`, then give it that name.
-
-    Raises:
-        UsageError: the folder or file cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
-        )
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be written: {error.strerror}") from None
-    os.close(handle)
-    part = Path(name)
-    try:
-        write(part)
-        part.chmod(0o666 & ~_umask())
-        part.replace(path)
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _save_npy(path: Path, picture: NDArray[Any]) -> None:
+    with path.open("wb") as file:
+        # A file itself would be written by C, which does not tell why it could not.
+        np.save(SimpleNamespace(write=file.write), picture)
 
 
 def _save_exr(path: Path, picture: NDArray[Any], channel: str) -> None:

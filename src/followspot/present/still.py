@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from followspot.errors import UsageError
+from followspot.passes import lighting
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
@@ -44,8 +45,28 @@ def open_scene(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[S
 
     Raises:
         AssetError: the scene cannot be opened.
-        UsageError: something in the wish makes no sense for it.
+        UsageError: something in the wish makes no sense for it, or its lights are too many.
     """
+    scene, camera = open_any(name, wish, on_step)
+    require_drawable(scene, wish)
+    return scene, camera
+
+
+def require_drawable(scene: Scene, wish: Wish) -> None:
+    """See that a frame holds a scene's lights.
+
+    Raises:
+        UsageError: it does not; tells who asks for them.
+    """
+    try:
+        lighting.in_order(scene.lights)
+    except UsageError as error:
+        asked_by = "--light" if wish.lights else f"{scene.name}: lights"
+        raise UsageError(f"{asked_by}: {error}") from None
+
+
+def open_any(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Scene, Camera]:
+    """As `open_scene`, however many lights the scene has."""
     if not abs(wish.time) <= FARTHEST_TIME:
         raise UsageError(f"--time: expected at most {FARTHEST_TIME:g} s, found {wish.time}")
     lights = [arguments.parse_light(text) for text in wish.lights]
@@ -84,6 +105,8 @@ def render(name: str, output: Path, wish: Wish) -> None:
     view = named(View, wish.view)
     size = arguments.parse_size(wish.size)
     overlays = [named(Overlay, each.strip()) for each in (wish.overlays or "").split(",") if each]
+    if view is View.SHADOW_MAP and overlays:
+        raise UsageError(f"--overlay: expected none over a shadow map, found {wish.overlays}")
     scene, camera = open_scene(name, wish)
     culled_from = None
     if wish.culled_from is not None:

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import msgspec
 from rich.table import Table
 from rich.text import Text
 
@@ -12,7 +11,7 @@ from followspot.present import bench as bench_
 from followspot.present import figures as figures_
 from followspot.present import inspect as inspect_
 from followspot.present import inspect_model
-from followspot.present.console import open_console, working
+from followspot.present.console import open_console, print_json, working
 from followspot.present.still import Wish
 from followspot.present.stopwatch import Steps
 
@@ -42,7 +41,7 @@ def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
         return
     found = inspect_.inspect(name, assets)
     if as_json:
-        print(msgspec.json.format(msgspec.json.encode(found)).decode())
+        print_json(found)
         return
     console = open_console()
     console.print(Text(found["name"], style="bold"), found["file"], sep="  ")
@@ -77,7 +76,7 @@ def bench(name: str, wish: Wish, frames: int, *, sweep: bool, as_json: bool) -> 
             lambda t: status.update(Text(f"measuring {name}: {t.camera} {t.median_ms:.1f} ms")),
         )
     if as_json:
-        print(msgspec.json.format(msgspec.json.encode(result)).decode())
+        print_json(result)
         return
     redrawn = ", shadow map redrawn in every frame" if result.redraw_shadows else ""
     table = Table(

@@ -15,7 +15,7 @@ from rich.table import Table
 from followspot.arrays import Floats, Mask
 from followspot.assets.image import linear_to_srgb
 from followspot.passes.view import View
-from followspot.present import arguments, pictures
+from followspot.present import arguments, files, pictures
 from followspot.present.comparison import (
     Comparison,
     RadianceFigures,
@@ -24,7 +24,7 @@ from followspot.present.comparison import (
     radiance_figures,
     visibility_figures,
 )
-from followspot.present.console import open_console, working
+from followspot.present.console import as_json, open_console, working
 from followspot.present.mitsuba_scene import load_mitsuba
 from followspot.present.renderer import Renderer
 from followspot.present.sky_irradiance import irradiance, radiance
@@ -89,8 +89,10 @@ def run(name: str, folder: Path, wish: Wish) -> None:
 
     Raises:
         AssetError: the scene cannot be opened.
+        UnwritableError: the folder is a file, or cannot be written into.
         UsageError: Mitsuba is missing, or something in the wish makes no sense.
     """
+    files.require_folder(folder)
     load_mitsuba()  # before anything else takes time
     size = arguments.parse_size(wish.size)
     scene, camera = open_scene(name, wish)
@@ -99,8 +101,7 @@ def run(name: str, folder: Path, wish: Wish) -> None:
         figures, made = measure(renderer, scene, camera)
     for file, picture in made.items():
         pictures.save(folder / file, picture)
-    report = msgspec.json.format(msgspec.json.encode(figures))
-    pictures.write_whole(folder / "figures.json", lambda to: to.write_bytes(report))
+    files.write_whole(folder / "figures.json", lambda to: to.write_bytes(as_json(figures)))
     _print(console, figures)
     console.print(f"pictures and figures.json are in {folder}")
 

@@ -26,7 +26,7 @@ AIM = 0.97
 """Share of the bytes allowed that a bit rate aims at."""
 
 ATTEMPTS = 6
-"""Bit rates that are tried before the lowest quality is."""
+"""Bit rates that are tried before the lowest qualities are."""
 
 LEAST_BIT_RATE = 1000
 LEAST_SHARE = 0.04
@@ -41,14 +41,15 @@ class Codec:
         name: Of the encoder.
         options: For every film.
         good: For the quality of a film that may have any size.
-        worst: For the smallest film that there can be.
+        worst: Lowest qualities, each smaller than the one before; the last is for the smallest film
+            that there can be.
         takes_notes: Whether it can write notes of what each frame needs, and use them.
     """
 
     name: str
     options: Mapping[str, str]
     good: Mapping[str, str]
-    worst: Mapping[str, str]
+    worst: tuple[Mapping[str, str], ...]
     takes_notes: bool = False
 
 
@@ -59,16 +60,17 @@ H264 = Codec(
     {"preset": "medium", "profile": "high", "fastfirstpass": "0", "bf": "0"},
     # A third of the time of the preset's own search, for a tenth of a decibel.
     good={"crf": "20", "refs": "1", "me_method": "dia", "subq": "2", "trellis": "0"},
-    worst={"crf": "51", "qmin": "51"},
+    # Where H.264's scale ends, and where x264's own does, which goes on (its QP_MAX).
+    worst=({"crf": "51", "qmin": "51"}, {"crf": "51", "qmin": "69", "qmax": "69"}),
     takes_notes=True,
 )
 VP9 = Codec(
     "libvpx-vp9",
     {"deadline": "good", "cpu-used": "4", "row-mt": "1"},
     good={"crf": "30", "b": "0"},
-    worst={"crf": "63", "b": "0", "qmin": "63", "qmax": "63"},
+    worst=({"crf": "63", "b": "0", "qmin": "63", "qmax": "63"},),
 )
-KEPT = Codec("libx264", {"preset": "ultrafast"}, good={"qp": "0"}, worst={})
+KEPT = Codec("libx264", {"preset": "ultrafast"}, good={"qp": "0"}, worst=())
 CODECS = {".mp4": H264, ".webm": VP9}
 
 
@@ -178,16 +180,16 @@ def write_video(
     for encoder in encoders:
         encoder.close()
     count = encoders[0].count
-    size = wanted = path.stat().st_size if count else 0
+    size = wanted = smallest = path.stat().st_size if count else 0
     aim = AIM * (max_bytes or 0)
-    for attempt in range(ATTEMPTS + 1):
+    for attempt in range(ATTEMPTS + len(codec.worst)):
         if not max_bytes or size <= max_bytes:
             break
         on_attempt(size)
         rate = {"b": str(max(LEAST_BIT_RATE, int(aim * 8 * shape.fps / count)))}
         # Notes help to use what is allowed, but x264 refuses to follow them far below their rate.
         follow = Flags.pass2 if aim > wanted * LEAST_SHARE else None
-        options = rate if attempt < ATTEMPTS else codec.worst
+        options = rate if attempt < ATTEMPTS else codec.worst[attempt - ATTEMPTS]
         encoder = _Encoder(path, shape, codec, options, follow if options is rate else None)
         for frame in islice(_decoded(kept), count):
             encoder.add(frame)
@@ -195,11 +197,12 @@ def write_video(
                 break
         encoder.close()
         count, size = encoder.count, path.stat().st_size
+        smallest = min(smallest, size)
         aim *= AIM * (max_bytes / size) ** 1.5  # the hardest films hardly heed a bit rate
     if max_bytes and size > max_bytes:
         raise UsageError(
-            f"--max-bytes: {count} frames of {shape.size[0]}x{shape.size[1]} take {size:,} bytes "
-            f"even at the lowest quality, and {max_bytes:,} are allowed"
+            f"--max-bytes: {count} frames of {shape.size[0]}x{shape.size[1]} take "
+            f"{smallest:,} bytes even at the lowest quality, and {max_bytes:,} are allowed"
         )
     return Written(count, size, wanted)
 

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import resource
 import signal
 import sys
 from collections.abc import Iterator
@@ -22,11 +23,12 @@ from PIL import Image
 from report_fixtures import whole_report
 
 from followspot import cli
-from followspot.errors import UsageError
+from followspot.errors import UnwritableError, UsageError
 from followspot.passes.frame import PASSES, FrameReport
-from followspot.present import bench
+from followspot.present import bench, files
 from followspot.present.bench import Timing
 from followspot.present.film_plan import FilmWish
+from followspot.present.interrupt import Terminated, interruptible
 from followspot.present.renderer import Renderer
 from followspot.present.report.film_step import FilmStep
 from followspot.present.report.frame_time import frame_time
@@ -320,6 +322,39 @@ def test_a_step_that_fails_is_named(
 
 
 @pytest.mark.gl
+@pytest.mark.parametrize("where", ["section", "film", "page"])
+def test_no_room_ends_it_at_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], where: str
+) -> None:
+    """One line that names the report's folder, and no step after that."""
+    large = b"x" * 9999
+
+    def own(material: Material) -> Section:
+        with files.writing(material.folder / "film.mp4"):
+            (material.folder / "film.mp4").write_bytes(large)
+        raise AssertionError("went on")
+
+    section = Section("s", "S", "x" * 9999 if where == "page" else "")
+    steps = {
+        "section": [Step("s", "S", lambda _: replace(section, files={"a.jpg": large}))],
+        "film": [Step("f", "F", own)],
+        "page": [Step("s", "S", lambda _: section)],
+    }[where]
+    later = [] if where == "page" else [failing(AssertionError("went on"))]
+    folder = tmp_path / "report"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        with pytest.raises(UnwritableError) as caught:
+            run("courtyard", folder, WISH, None, [*steps, *later])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert str(caught.value) == f"{folder}: cannot be written: File too large"
+    assert "Traceback" not in (told := capsys.readouterr().err) and "failed" not in told
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.gl
 def test_two_steps_with_one_file_do_not_go_unnoticed(tmp_path: Path) -> None:
     same = Step("b", "B", lambda _: Section("b", "B", "", files={"a.jpg": b"y"}))
     assert run("courtyard", tmp_path / "report", WISH, None, [TITLE, same]) == 1
@@ -338,7 +373,7 @@ def test_an_interrupt_leaves_the_report_before(tmp_path: Path, number: int) -> N
         os.kill(os.getpid(), number)
         raise AssertionError("went on")
 
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt), interruptible():
         run("courtyard", folder, WISH, None, [TITLE, Step("stop", "Stop", make)])
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     assert list(folder.parent.iterdir()) == [folder]
@@ -347,19 +382,34 @@ def test_an_interrupt_leaves_the_report_before(tmp_path: Path, number: int) -> N
 
 
 @pytest.mark.gl
-def test_an_interrupt_ends_the_film_too(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
+)
+def test_an_interrupt_ends_the_film_too(
+    tmp_path: Path, number: signal.Signals, kind: type[BaseException]
+) -> None:
     shares: list[float] = []
 
     def stop(share: float, _: str) -> None:
         shares.append(share)
         if len(shares) == 3:
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), number)
 
     scene = load("courtyard")
-    with Renderer((64, 36)) as renderer, pytest.raises(KeyboardInterrupt):
+    with Renderer((64, 36)) as renderer, pytest.raises(KeyboardInterrupt) as told, interruptible():
         own = Material("courtyard", scene, scene.camera(), (64, 36), (), renderer, tmp_path, stop)
         FilmStep(WISH, FilmWish(seconds=10))(own)
-    assert len(shares) < 10
+    assert len(shares) < 10 and told.type is kind
+
+
+@pytest.mark.gl
+def test_a_scene_whose_name_is_no_text(tmp_path: Path) -> None:
+    scene = str(tmp_path / os.fsdecode(b"b\xffd.toml"))
+    Path(scene).write_text('level = "courtyard"\n')
+    folder = tmp_path / "report"
+    assert run(scene, folder, WISH, None, [FINE]) == 0
+    parsed((folder / "index.html").read_text(encoding="utf-8"))
+    assert json.loads((folder / "report.json").read_text())["scene"].endswith(r"b\udcffd.toml")
 
 
 @pytest.mark.parametrize("kind", ["file", "link", "notes", "bad json", "nameless"])
@@ -411,6 +461,8 @@ def test_an_empty_folder_will_do(tmp_path: Path) -> None:
         (("--path", "nowhere"), "no path is named"),
         (("--camera", "roof"), "no camera is named"),
         (("--size", "big"), "WIDTHxHEIGHT"),
+        (("--size", "8193x64", "--no-film"), "--size: expected edges of at most 8192 pixels"),
+        (("--size", "64x8193"), "have 2 times as many, found '64x8193'"),
         (("--seconds", "0"), "--seconds: expected 0.001 to 36000 s, found 0"),
         (("--seconds", "nan"), "--seconds"),
         (("--jobs", "1000"), "--jobs"),
@@ -433,6 +485,37 @@ def test_mistakes_are_told_before_anything_is_made(
     error = capsys.readouterr().err
     assert told in error and error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("typed", "is_filmed"),
+    [
+        (("courtyard",), True),
+        (("courtyard", "--no-film", "--path", "auto"), False),
+        (("player:sarge", "--jobs", "2"), False),
+        (("x.obj", "--film"), True),
+        (("player:sarge", "--seconds", "3"), True),
+    ],
+)
+def test_models_alone_have_no_film_unless_one_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch, typed: tuple[str, ...], is_filmed: bool
+) -> None:
+    wishes: list[FilmWish | None] = []
+
+    def take(scene: str, folder: Path, wish: Wish, film_wish: FilmWish | None) -> int:
+        wishes.append(film_wish)
+        return 0
+
+    monkeypatch.setattr("followspot.present.report.run.run", take)
+    monkeypatch.setattr(sys, "argv", ["followspot", "report", *typed, "-o", "r"])
+    with pytest.raises(SystemExit):
+        cli.main()
+    assert [wish is not None for wish in wishes] == [is_filmed]
+
+
+def test_a_film_of_a_model_is_refused_at_once(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"--film: expected a level .*, found a model: player:x"):
+        run("player:x", tmp_path / "r", WISH, FilmWish(), [])
 
 
 def test_the_steps_and_the_film() -> None:

@@ -1,6 +1,7 @@
 """What is saved of the viewer's state: only changed keys, and all of them."""
 
 import math
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -300,6 +301,16 @@ def test_what_cannot_be_saved_is_told_in_one_line(opened: State, tmp_path: Path)
     nowhere = replace(opened, scene=replace(opened.scene, name="courtyard"))
     nowhere = nowhere.with_recording(folder=str(tmp_path / "file"))
     assert "cannot be written" in saved(nowhere).notice
+
+
+def test_a_level_whose_name_no_scene_file_can_hold(courtyard: Scene, tmp_path: Path) -> None:
+    level = tmp_path / os.fsdecode(b"b\xffd.bsp")
+    level.write_bytes(b"")
+    state = State.of(replace(courtyard, name=str(level), lights_chosen=True), courtyard.camera())
+    state = replace(state.with_recording(folder=str(tmp_path)), save_as="new.toml")
+    told = f"{tmp_path / 'new.toml'}: cannot be written: expected names of UTF-8 text in it, found"
+    assert saved(state).notice.startswith(told)
+    assert list(tmp_path.iterdir()) == [level]
 
 
 def test_lights_that_somebody_else_has_added_are_not_lost(opened: State) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -128,6 +129,39 @@ def test_what_cannot_be_opened_is_told_in_one_line(words: list[str], screen: str
     assert ended.returncode == 2
     assert ended.stderr.count("\n") == 1
     assert words[-1].removeprefix("--camera=") in ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--light=point:1,1,100:50"] * 9, "--light: at most 8 lights"),
+        (["--set=shadow_map_size=8192", *["--light=point:1,1,100:50"] * 8], "shadow_map_size: "),
+    ],
+)
+def test_what_cannot_be_drawn_is_told_in_one_line(words: list[str], told: str, screen: str) -> None:
+    ended = _view("courtyard", *words, screen)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert ended.stderr.startswith(f"followspot: {told}") and ended.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("number", "told"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
+)
+def test_an_interrupt_closes_the_window(
+    screen: str, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, told: str
+) -> None:
+    """After a frame has been drawn; that is, in the midst of the loop."""
+    code = (
+        "import os, sys; from followspot import cli; from followspot.present.viewer import canvas;"
+        "draw = canvas.draw;"
+        f"canvas.draw = lambda *a: (os.kill(os.getpid(), {int(number)}), draw(*a))[1];"
+        "sys.argv = ['followspot', 'view', 'courtyard']; cli.main()"
+    )
+    monkeypatch.setenv("DISPLAY", screen)
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (ended.returncode, ended.stderr) == (128 + number, f"followspot: {told}\n")
 
 
 def _view(*words: str) -> subprocess.CompletedProcess[str]:

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from followspot.present import film, film_plan
-from followspot.present.film import Interrupt
 from followspot.present.film_plan import FilmWish
 from followspot.present.frames import Film, Picture
+from followspot.present.interrupt import Interrupt
 from followspot.present.report.material import Material
 from followspot.present.report.page import fill
 from followspot.present.report.pixels import jpeg
@@ -45,8 +45,7 @@ class FilmStep:
             drawn = film.draw_frames(material.name, scene, self.wish, planned, jobs, interrupt)
             limit = self.film_wish.max_bytes
             written = film.write(to, watched(drawn), planned, limit, interrupt)
-        if interrupt.signal is not None:
-            raise KeyboardInterrupt
+        interrupt.again()
         figures = {"frames": written.frames, "bytes": written.bytes, "seconds": _seconds(planned)}
         html = fill(
             "film.html",

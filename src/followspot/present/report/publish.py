@@ -8,8 +8,8 @@ from typing import Any
 
 import msgspec
 
-from followspot.errors import UsageError
-from followspot.present import folders
+from followspot.errors import UnwritableError, UsageError
+from followspot.present import files, folders
 
 INDEX, FIGURES = "index.html", "report.json"
 
@@ -21,34 +21,25 @@ def published(folder: Path) -> Iterator[Path]:
     An earlier report there is replaced; anything else is left alone.
 
     Raises:
-        UsageError: something else is there, or it cannot be written.
-        OSError: what fills the folder met one; `writing` tells of those that are the folder's.
+        UnwritableError: it, or what is put into it, cannot be written.
+        UsageError: something else is there.
+        OSError: what fills the folder met one that is not the folder's.
     """
     check(folder)
-    with writing(folder):
+    with files.writing(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        workshop = tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent)
+        workshop = tempfile.TemporaryDirectory(prefix=files.PREFIX, dir=folder.parent)
     with workshop:
-        made = Path(workshop.name) / folder.name
-        with writing(folder):
+        made = Path(workshop.name) / "report"
+        with files.writing(folder):
             made.mkdir()
-        yield made
+        try:
+            yield made
+        except UnwritableError as error:  # of a name that nobody has heard of
+            raise UnwritableError(folder, error.reason) from None
         check(folder)
-        with writing(folder):
+        with files.writing(folder):
             folders.put(made, folder)
-
-
-@contextmanager
-def writing(folder: Path) -> Iterator[None]:
-    """Tell of an OSError as of this folder, which is being written.
-
-    Raises:
-        UsageError: in place of it.
-    """
-    try:
-        yield
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written: {error.strerror or error}") from None
 
 
 def check(folder: Path) -> None:
@@ -66,7 +57,7 @@ def check(folder: Path) -> None:
             raise UsageError(f"{folder}: expected a folder with a report, or nothing yet")
         others = {path.name for path in folder.iterdir()} - _files_of(folder)
     except OSError as error:
-        raise UsageError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise UnwritableError(folder, error.strerror or str(error)) from None
     if others:
         raise UsageError(
             f"{folder}: expected a folder with a report, or nothing yet; found {min(others)} in it"

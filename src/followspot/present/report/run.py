@@ -1,29 +1,28 @@
 """``followspot report``: steps one after another, and the page made of them."""
 
-import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import msgspec
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from followspot.errors import FollowspotError, UsageError
-from followspot.present import arguments, film_plan
-from followspot.present.console import open_console, working
+from followspot.errors import FollowspotError, UnwritableError, UsageError
+from followspot.present import arguments, files, film_plan
+from followspot.present.console import as_json, open_console, working
 from followspot.present.film_plan import FilmWish
 from followspot.present.renderer import Renderer
 from followspot.present.report.making import making
 from followspot.present.report.material import Material
 from followspot.present.report.page import Failure, page
-from followspot.present.report.publish import FIGURES, INDEX, check, published, writing
+from followspot.present.report.publish import FIGURES, INDEX, check, published
 from followspot.present.report.section import Section
+from followspot.present.report.stages import DETAIL
 from followspot.present.report.steps import Step, all_steps
 from followspot.present.still import Wish, open_scene
+from followspot.scene import figure_file
 
 
 @dataclass
@@ -58,11 +57,19 @@ def run(
     Raises:
         AssetError: the scene cannot be opened.
         ContextError: there is no OpenGL.
-        UsageError: something in the wishes makes no sense, or the folder cannot be written.
+        UnwritableError: the folder cannot be written.
+        UsageError: something in the wishes makes no sense.
     """
     check(folder)
     size = arguments.parse_size(wish.size)
+    if max(size) * DETAIL > arguments.LARGEST_EDGE:
+        raise UsageError(
+            f"--size: expected edges of at most {arguments.LARGEST_EDGE // DETAIL} pixels, since "
+            f"a report's pictures have {DETAIL} times as many, found {wish.size!r}"
+        )
     if film_wish is not None:
+        if figure_file.is_model(name):
+            raise UsageError(f"--film: expected a level to fly through, found a model: {name}")
         film_plan.check(size, film_wish)
     console = open_console(on_stderr=True)
     with working(console, f"opening {name}"):
@@ -75,12 +82,13 @@ def run(
         scene.path(film_wish.path)  # a mistake in its name is told before anything takes time
     steps = all_steps(wish, film_wish) if steps is None else steps
     work = _Work()
+    fine = size[0] * DETAIL, size[1] * DETAIL
     with (
-        _terminable(),
+        Renderer(fine) as renderer,  # what OpenGL cannot draw is told before anything is made
         published(folder) as made,
-        Renderer(size) as renderer,
         _bar(console) as bar,
     ):
+        renderer.resize(size)
         task = bar.add_task(name, total=len(steps))
         material = Material(
             name, scene, camera, size, tuple(wish.assets), renderer, made, lambda *_: None
@@ -90,7 +98,7 @@ def run(
             material = replace(material, on_progress=_teller(bar, task, step, number))
             _do(step, material, work, bar.console)
         bar.update(task, description=name, completed=len(steps))
-        with writing(folder):
+        with files.writing(folder):
             _write(material, work)
     _tell(console, folder, work)
     return 1 if work.failed else 0
@@ -103,8 +111,13 @@ def _do(step: Step, material: Material, work: _Work, console: Console) -> None:
     try:
         part = step.make(material)
         for name, content in part.files.items():
-            with (material.folder / name).open("xb") as file:
-                file.write(content)
+            path = material.folder / name
+            if path.exists():
+                raise FileExistsError(f"{name} is another step's")
+            with files.writing(path):
+                path.write_bytes(content)
+    except UnwritableError:  # nor could the rest of the report be written
+        raise
     except Exception as error:  # the rest of the report is still worth making
         is_ours = not isinstance(error, FollowspotError)
         problem = f"{type(error).__name__}: {error}" if is_ours else str(error)
@@ -126,8 +139,9 @@ def _write(material: Material, work: _Work) -> None:
     parts.insert(1 if has_film else 0, made)
     folder, camera = material.folder, material.camera
     text = page(title, parts, material.name)
-    (folder / INDEX).write_text(text, encoding="utf-8")
-    files = sorted([FIGURES, *(path.name for path in folder.iterdir())])
+    # Names that are no text have it escaped, as wherever they are told.
+    (folder / INDEX).write_text(text, encoding="utf-8", errors="backslashreplace")
+    names = sorted([FIGURES, *(path.name for path in folder.iterdir())])
     everything = (title, *parts)
     told: dict[str, Any] = {
         "scene": material.name,
@@ -141,9 +155,9 @@ def _write(material: Material, work: _Work) -> None:
             for part in everything
             if isinstance(part, Section)
         },
-        "files": files,
+        "files": names,
     }
-    (folder / FIGURES).write_bytes(msgspec.json.format(msgspec.json.encode(told)))
+    (folder / FIGURES).write_bytes(as_json(told))
 
 
 def _teller(bar: Progress, task: TaskID, step: Step, number: int) -> Callable[[float, str], None]:
@@ -156,21 +170,6 @@ def _teller(bar: Progress, task: TaskID, step: Step, number: int) -> Callable[[f
 def _bar(console: Console) -> Progress:
     columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
     return Progress(*columns, console=console)
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """Let kill -TERM unwind as Ctrl-C does, so that nothing half-made stays behind.
-
-    Ctrl-C itself is asked for, too: a process started in the background may be deaf to it.
-    """
-    numbers = signal.SIGTERM, signal.SIGINT
-    before = [signal.signal(number, signal.default_int_handler) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
 
 
 def _tell(console: Console, folder: Path, work: _Work) -> None:

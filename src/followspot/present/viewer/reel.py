@@ -9,7 +9,7 @@ from pathlib import Path
 from queue import Full, Queue
 
 from followspot.errors import UsageError
-from followspot.present import pictures
+from followspot.present import files
 from followspot.present.frames import Picture
 
 WAITING = 8
@@ -91,7 +91,7 @@ class Reel:
             video.write_video(part, self._pictures(), shape, None, stopped=lambda: False)
 
         try:
-            pictures.write_whole(path, write)
+            files.write_whole(path, write)
         except av.FFmpegError as error:
             raise UsageError(f"{path}: cannot be written: {error.strerror}") from None
         seconds = self.count / self._fps

@@ -9,8 +9,8 @@ from itertools import count
 from os.path import isfile, lexists, relpath
 from pathlib import Path
 
-from followspot.errors import AssetError, FollowspotError, UsageError
-from followspot.present import pictures
+from followspot.errors import AssetError, FollowspotError, UnwritableError, UsageError
+from followspot.present import files
 from followspot.present.viewer import scene_text
 from followspot.present.viewer.copying import as_toml
 from followspot.present.viewer.state import State
@@ -120,7 +120,11 @@ def _write(path: Path, text: str) -> None:
     """Write the file itself, where the path is a link to it."""
     if lexists(path) and not os.access(path, os.W_OK):
         raise UsageError(f"{path}: cannot be written: it is read-only")
-    pictures.write_whole(path.resolve(), lambda part: part.write_bytes(text.encode()))
+    try:
+        encoded = text.encode()
+    except UnicodeEncodeError:  # its level's name is bytes that are no text
+        raise UnwritableError(path, "expected names of UTF-8 text in it, found others") from None
+    files.write_whole(path, lambda part: part.write_bytes(encoded))
 
 
 def _as_file(state: State, file: SceneFile, path: Path) -> State:

@@ -16,8 +16,9 @@ from followspot.gpu.context import has_display, is_software, window_context
 from followspot.gpu.program import ShaderError
 from followspot.gpu.timers import FrameTimer
 from followspot.present import arguments
+from followspot.present.interrupt import Interrupt
 from followspot.present.renderer import Renderer
-from followspot.present.still import Wish, open_scene
+from followspot.present.still import Wish, open_any, open_scene, require_drawable
 from followspot.present.viewer import canvas, controls, handles, layout
 from followspot.present.viewer.history import History
 from followspot.present.viewer.inspection import Inspector
@@ -49,12 +50,13 @@ def run(name: str, wish: Wish) -> None:
 def start(name: str, wish: Wish) -> State:
     """The state that a wish asks for; its scene is as its file says."""
     plain = replace(wish, settings=(), albedo=None, shadows=True, sky_light=True)
-    scene, camera = open_scene(name, replace(plain, lights=()))
+    scene, camera = open_any(name, replace(plain, lights=()))
     settings = arguments.parse_settings(
         scene, wish.settings, albedo=wish.albedo, shadows=wish.shadows, sky_light=wish.sky_light
     )
     state = State.of(replace(scene, settings=settings), camera)
     lights = [arguments.parse_light(text) for text in wish.lights]
+    require_drawable(scene.with_lights(*lights) if lights else scene, wish)
     return replace(
         state,
         scene=scene,
@@ -94,12 +96,14 @@ class Viewer:
         self._drawn: State | None = None
         self._seen: Seen | None = None
         self._opening: str | None = None
+        self._failure: Exception | None = None
         self._began = self._ended = time.perf_counter()
 
     def run(self) -> None:
         """Show the window until it is closed.
 
         Raises:
+            AssetError, ShaderError, UsageError: what it starts with cannot be drawn.
             ContextError: no window can be opened.
         """
         calls = self.params.callbacks
@@ -113,7 +117,8 @@ class Viewer:
             hello_imgui.manual_render.setup_from_runner_params(self.params)
         except RuntimeError as error:
             raise ContextError(f"no window can be opened: {error}") from None
-        with ExitStack() as to_close:  # all of it, even if something of it fails
+        # An exception that a signal raises within ImGui's frame would be buried, too.
+        with Interrupt() as interrupt, ExitStack() as to_close:  # all, even if some of it fails
             to_close.callback(hello_imgui.manual_render.tear_down)
             implot.create_context()
             to_close.callback(implot.destroy_context)
@@ -125,8 +130,11 @@ class Viewer:
             to_close.callback(self._inspector.release)
             to_close.callback(self._recorder.close)
             self._timer = FrameTimer(context, waits=is_software(self.renderer.gl_renderer))
-            while not self.params.app_shall_exit:
+            while not self.params.app_shall_exit and not interrupt.count:
                 hello_imgui.manual_render.render()
+        if self._failure is not None:
+            raise self._failure
+        interrupt.again()
 
     def _begin(self) -> None:
         layout.show_bars(self.params, are_shown=self.state.panels)
@@ -154,8 +162,10 @@ class Viewer:
             found = self._inspector.after(self.renderer, self.state)
             self.state = replace(self.state, asked=self.state.asked.standing)
         except (FollowspotError, ShaderError) as error:  # go back to what could be drawn
-            if self._drawn is None:
-                raise
+            if self._drawn is None:  # raised within ImGui's frame, it would be buried
+                self._failure = error
+                self.params.app_shall_exit = True
+                return
             if isinstance(error, ShaderError):
                 self._reloader.error = error
             if self._seen is not None:  # shadow maps may have gone with the scene that was open
