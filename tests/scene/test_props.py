@@ -193,18 +193,21 @@ def test_factors_and_cut_outs_become_tints_and_tests(folder: Path) -> None:
     ("text", "message"),
     [
         ('file = "cube.glb"', r"props\[0\]: expected the key origin, found none"),
-        ('file = "cube.glb"\norigin = [0, 0]', r"props\[0\].origin: expected `array` of length 3"),
+        (
+            'file = "cube.glb"\norigin = [0, 0]',
+            r"props\[0\].origin: expected a list of length 3, found 2",
+        ),
         (
             'file = "cube.glb"\norigin = [0, 0, 0]\nsize = 2',
             r"known keys only \(file, .*found size",
         ),
         (
             'file = "cube.glb"\norigin = [0, 0, 0]\nscale = 0',
-            r"props\[0\].scale: expected float >=",
+            r"props\[0\].scale: expected a number >= 1e-06, found 0",
         ),
         (
             'file = "cube.glb"\norigin = [0, 0, 0]\nscale = "big"',
-            r"props\[0\].scale: expected float",
+            r"props\[0\].scale: expected a number, found 'big'",
         ),
         ('file = "cube.glb"\norigin = [0, 0, 0]\nup = "x"', r"props\[0\].up: expected y, z, found"),
         ('file = "cube.glb"\norigin = [0, 0, 0]\nyaw = nan', r"props\[0\].yaw: expected a finite"),
@@ -212,7 +215,10 @@ def test_factors_and_cut_outs_become_tints_and_tests(folder: Path) -> None:
             'file = "cube.glb"\norigin = [0, 0, 0]\nyaw = 1\nangles = [0, 0, 0]',
             r"props\[0\]: expected `yaw` or `angles`, found both",
         ),
-        ('file = "cube.glb"\norigin = [0, 0, 0]\nground = 1', r"props\[0\].ground: expected bool"),
+        (
+            'file = "cube.glb"\norigin = [0, 0, 0]\nground = 1',
+            r"props\[0\].ground: expected true or false, found 1",
+        ),
         (
             'file = "no.glb"\norigin = [0, 0, 0]',
             r"x.toml: props\[0\].file: no.glb: exp.*found none",
