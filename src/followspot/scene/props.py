@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot.assets import image
-from followspot.assets.archive import Archive, normalise
+from followspot.assets.archive import BESIDE, Archive, normalise
 from followspot.assets.mesh_file import MESH_SUFFIXES, read_mesh
 from followspot.assets.mesh_record import Look, MeshSurface
 from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image
@@ -55,7 +55,7 @@ class Prop:
     """A thing that never moves.
 
     Attributes:
-        name: Its file.
+        name: Its file, in the archive or from the scene file's folder.
         surfaces: In its file's own axes and unit, or where it was put in the world.
     """
 
@@ -101,7 +101,7 @@ class PropFiles:
 
     def _read(self, name: str, entry: str) -> Prop:
         if entry.endswith(MODEL_SUFFIXES):
-            return _first_frame(entry, self._figures.open(entry))
+            return _first_frame(entry.removeprefix(BESIDE), self._figures.open(entry))
         suffix = next((s for s in MESH_SUFFIXES if entry.endswith(s)), None)
         if suffix is None:
             expected = f"a file {', '.join((*MESH_SUFFIXES, *MODEL_SUFFIXES))}"
@@ -109,7 +109,8 @@ class PropFiles:
         data, source = self._archive.read(entry), self._archive.source(entry)
         file = read_mesh(data, source, suffix, partial(self._beside, entry))
         self._figures.problems += file.problems
-        return Prop(entry, tuple(self._surface(entry, surface) for surface in file.surfaces))
+        surfaces = (self._surface(entry, surface) for surface in file.surfaces)
+        return Prop(entry.removeprefix(BESIDE), tuple(surfaces))
 
     def _beside(self, entry: str, name: str) -> bytes | None:
         """A file by its name in a mesh file's folder."""
@@ -130,7 +131,7 @@ class PropFiles:
     def _material(self, entry: str, look: Look, *, is_tinted: bool) -> Material:
         cutoff = look.cutoff or 0.0  # nothing is below 0
         return Material(
-            entry,
+            entry.removeprefix(BESIDE),
             self._image(entry, look.image),
             sides=Sides.BOTH if look.is_two_sided else Sides.FRONT,
             alpha_test=AlphaTest.GE128 if cutoff else None,
