@@ -512,12 +512,6 @@ def test_a_mesh_alone_stands_on_a_plain_floor(folder: Path, name: str) -> None:
             load_figure(str(folder / name), animation="run")
 
 
-def test_a_mesh_alone_is_inspected(folder: Path) -> None:
-    told = inspect(str(folder / "cube.glb"), ())
-    assert [(p["name"], p["triangles"]) for p in told["props"]] == [("cube.glb", 12)]
-    assert "wood.png" in [m["image"] for m in told["materials"]]
-
-
 def test_entries_have_one_turn() -> None:
     assert PropEntry(file="x", origin=(0, 0, 0), yaw=5).turn == (0, 5, 0)
     assert PropEntry(file="x", origin=(0, 0, 0)).turn == (0, 0, 0)
