@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,12 +15,17 @@ import pytest
 from followspot.assets.shader_values import AlphaTest, Sides
 from followspot.errors import UsageError
 from followspot.passes.view import View
-from followspot.present.comparison import Validation, radiance_figures, visibility_figures
+from followspot.present.comparison import (
+    RadianceFigures,
+    Validation,
+    radiance_figures,
+    visibility_figures,
+)
 from followspot.present.mitsuba_scene import load_mitsuba
 from followspot.present.raytracer import RayTracer
 from followspot.present.renderer import Renderer
 from followspot.present.sky_irradiance import irradiance, radiance
-from followspot.present.validate import measure
+from followspot.present.validate import EnvironmentFigures, measure
 from followspot.scene.character import Crowd
 from followspot.scene.light import Light
 from followspot.scene.load import load, load_figure
@@ -163,6 +169,19 @@ def test_a_synthetic_room_is_right(renderer: Renderer, light: Light) -> None:
     assert by_size[1024].leak == by_size[1024].acne == 0
     for name, picture in pictures.items():
         assert np.isfinite(picture).all(), name
+
+
+@pytest.mark.gl
+def test_black_surfaces_are_black_in_both(renderer: Renderer) -> None:
+    """No warning, and figures that JSON has words for."""
+    scene = replace(make_scene(room(), LIGHT, sky=WHITE_SKY), settings=Settings(albedo=0.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figures, pictures = measure(renderer, scene, VIEW)
+    assert figures.same_surface > 0.995 and figures.direct_integrator == 1
+    assert figures.environment == EnvironmentFigures(0.0, 0.0, 0.0)
+    assert figures.radiance == RadianceFigures(0, 0.0, 0.0, 0.0)
+    assert not pictures["followspot.exr"].any() and not pictures["relative-error.exr"].any()
 
 
 @pytest.mark.gl

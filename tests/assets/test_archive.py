@@ -352,6 +352,29 @@ def test_threads_read_in_parallel(tmp_path: Path) -> None:
         assert list(pool.map(archive.read, names)) == [files[name] for name in names]
 
 
+def test_what_is_put_beside_stands_in_for_nothing(tmp_path: Path) -> None:
+    game = write_files(tmp_path / "game", {"maps/a.bsp": "game"})
+    things = write_files(tmp_path / "things", {"maps/a.bsp": "loose", "inner/b.txt": "b"})
+    write_pak(things / "pak.pk3", {"maps/a.bsp": "packed", "c.txt": "c"})
+    (things / "broken.pk3").write_bytes(b"")
+    write_pak(things / "inner/pak.pk3", {"d.txt": "d"})
+    with Archive.open([game]) as archive:
+        prefix = archive.put_beside(things, "Things")
+        assert prefix == archive.put_beside(things, "things") == "beside:/things/"
+        assert archive.read("maps/a.bsp") == b"game" and archive.names("maps/") == ["maps/a.bsp"]
+        assert archive.read("beside:/Things/MAPS/a.bsp") == b"loose"
+        assert archive.read("beside:/things/c.txt") == b"c"
+        assert archive.root("beside:/things/c.txt") == -1
+        assert [Path(problem.source).name for problem in archive.problems] == ["broken.pk3"]
+        # Of a folder in a folder both are there; what lies in it is the inner one's.
+        inner = archive.put_beside(things / "inner", "things/inner")
+        assert archive.read(inner + "d.txt") == b"d"
+        assert archive.beside(inner + "b.txt") == inner
+        assert archive.beside("beside:/things/c.txt") == prefix
+        assert archive.beside("maps/a.bsp") == ""
+        assert archive.put_beside(things, ".") == "beside:/"
+
+
 def test_no_archive_leaves_files_open(tmp_path: Path) -> None:
     write_pak(tmp_path / "a.pk3", {"x": "x"})
     (tmp_path / "b.pk3").write_text("no zip")

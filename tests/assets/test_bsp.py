@@ -156,8 +156,8 @@ def test_without_visibility_every_cluster_sees_all() -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "byte 0: expected b'IBSP', found b''"),
-        (b"\x89PNG" + SMALL[4:], "byte 0: expected b'IBSP', found b'\\x89PNG'"),
+        (b"", "byte 0: expected the letters IBSP, found an empty file"),
+        (b"\x89PNG" + SMALL[4:], "byte 0: expected the letters IBSP, found '\\x89PNG'"),
         (b"IBSP", "header: expected 1 x 144 bytes from offset 0 on, found a file of 4 b"),
         (
             write_bsp(small_level(), version=47),

@@ -132,8 +132,8 @@ def test_deaths_are_held_and_all_else_repeats() -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "byte 0: expected b'IDP2', found b''"),
-        (b"IDPO" + SMALL[4:], "byte 0: expected b'IDP2', found b'IDPO'"),
+        (b"", "byte 0: expected the letters IDP2, found an empty file"),
+        (b"IDPO" + SMALL[4:], "byte 0: expected the letters IDP2, found 'IDPO'"),
         (b"IDP2", "header: expected 1 x 68 bytes from offset 0 on, found a file of 4 bytes"),
         (write_md2(small_md2(), version=7), "byte 4: expected version 8, found 7"),
     ],

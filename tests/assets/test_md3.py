@@ -159,8 +159,8 @@ def test_orthonormalised_axes(numbers: list[float]) -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "byte 0: expected b'IDP3', found b''"),
-        (b"IDP2" + SMALL[4:], "byte 0: expected b'IDP3', found b'IDP2'"),
+        (b"", "byte 0: expected the letters IDP3, found an empty file"),
+        (b"IDP2" + SMALL[4:], "byte 0: expected the letters IDP3, found 'IDP2'"),
         (b"IDP3", "header: expected 1 x 108 bytes from offset 0 on, found a file of 4 bytes"),
         (write_md3(small_md3(), version=14), "byte 4: expected version 15, found version 14"),
     ],

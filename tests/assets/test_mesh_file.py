@@ -364,6 +364,7 @@ def test_noise_is_no_mesh(noise: bytes) -> None:
 TREE: list[tuple[str, Any, str]] = [
     ("asset", {"version": "1.0"}, "asset.version: expected 2.0, found 1.0"),
     ("asset", None, "asset: expected object, found null"),
+    ("asset", {}, "asset.version: expected a value, which glTF requires, found none"),
     ("scene", 3, "scene: expected one of 1 scenes, found 3"),
     ("scenes", [{"nodes": [7]}], "expected one of 1 nodes, found 7"),
     ("nodes", [{"children": [0]}], "nodes[0]: expected a node of one parent"),
@@ -381,6 +382,12 @@ TREE: list[tuple[str, Any, str]] = [
 ]
 
 
+def test_a_document_without_what_gltf_requires() -> None:
+    with pytest.raises(AssetError) as error:
+        read(b"{}", ".gltf")
+    assert str(error.value).endswith(": asset: expected a value, which glTF requires, found none")
+
+
 @pytest.mark.parametrize(("table", "value", "message"), TREE)
 def test_documents_that_lie(table: str, value: Any, message: str) -> None:
     document = gltf_cube(CUBE)
@@ -393,8 +400,8 @@ def test_documents_that_lie(table: str, value: Any, message: str) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"count": 2**31}, "accessors[0].count: expected int <= 4194304"),
-        ({"count": 0}, "accessors[0].count: expected int >= 1"),
+        ({"count": 2**31}, "accessors[0].count: expected int <= 4194304, found 2147483648"),
+        ({"count": 0}, "accessors[0].count: expected int >= 1, found 0"),
         ({"count": 4_000_000}, "accessors[0]: expected 4000000 values"),
         ({"byteOffset": 2**40}, "accessors[0]: expected 24 values"),
         ({"byteOffset": -1}, "accessors[0].byteOffset: expected int >= 0"),

@@ -124,7 +124,7 @@ def test_players_that_are_not_there(tmp_path: Path) -> None:
         assert "there are bot" in str(error.value)
     for part in PARTS:
         (folder / f"{part}.md3").write_bytes(b"")
-    with pytest.raises(AssetError, match=r"lower.md3: byte 0: expected b'IDP3'"):
+    with pytest.raises(AssetError, match=r"lower.md3: byte 0: expected the letters IDP3"):
         load(tmp_path)
     (tmp_path / "empty").mkdir()
     with pytest.raises(AssetError, match=r"upper.md3 and head.md3, found none$"):

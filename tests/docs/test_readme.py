@@ -7,8 +7,11 @@ import pytest
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from followspot.assets.mesh_file import MESH_SUFFIXES
+from followspot.assets.model_file import MODEL_SUFFIXES
 from followspot.cli import app
 from followspot.present.arguments import parse_camera, parse_light, parse_size
+from followspot.scene import cast_file, light_file, path_file, prop_file, scene_file
 from followspot.scene.load import load
 from followspot.scene.scene_file import parse
 from followspot.scene.search import BUILTIN
@@ -39,6 +42,27 @@ def test_the_scene_file_example_is_valid() -> None:
     assert list(scene.cameras) == ["stairs"]
     assert scene.lights is not None and len(scene.lights) == 1
     assert len(scene.characters) == 2 and len(scene.props) == 1
+
+
+def test_the_five_files_have_all_keys_as_the_readme_says() -> None:
+    entries = {
+        light_file: (light_file.PointEntry, light_file.SpotEntry),
+        path_file: (path_file.CameraEntry, path_file.KeyEntry, path_file.PathEntry),
+        cast_file: (cast_file.CharacterEntry, cast_file.ThenEntry),
+        prop_file: (prop_file.PropEntry,),
+    }
+    for module, kinds in entries.items():
+        for key in (key for kind in kinds for key in kind.__struct_fields__):
+            assert re.search(rf"\b{key} = ", module.__doc__ or ""), key
+    told = "".join(module.__doc__ or "" for module in (scene_file, *entries))
+    for key in scene_file.SceneFile.__struct_fields__:
+        assert re.search(rf"^{key} = |^\[+{key}\b", told, re.MULTILINE), key
+
+
+def test_all_kinds_of_props_are_named() -> None:
+    for suffix in (*MESH_SUFFIXES, *MODEL_SUFFIXES):
+        assert suffix in (prop_file.__doc__ or "")
+        assert suffix in re.findall(r'^file = "urn.*', README, re.MULTILINE)[0]
 
 
 def test_the_table_of_settings_is_complete_and_has_the_defaults() -> None:

@@ -5,9 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from followspot.errors import AssetError
-from followspot.present.inspect_model import inspect, is_model, tell
+from followspot.present import tell as told
+from followspot.present.inspect_model import inspect, tell
+from followspot.scene.figure_file import is_model
+from mesh_fixtures import cube, gltf_cube, obj, ply
 from model_fixtures import (
     md2_models,
     openarena_files,
@@ -29,6 +33,10 @@ def names(rows: list[dict[str, Any]]) -> list[str]:
         ("player:sarge", True),
         ("a/b.MD2", True),
         ("b.md3", True),
+        ("b.GLB", True),
+        ("b.gltf", True),
+        ("b.obj", True),
+        ("b.ply", True),
         ("courtyard", False),
         ("x.pk3:md2", False),
         ("oa_dm5.bsp", False),
@@ -86,6 +94,71 @@ def test_md3(tmp_path: Path) -> None:
     ]
     assert names(found["missing"]) == ["none.tga"]
     assert found["bounds"]["maxs"] == [11, 11, 10.5]
+
+
+CUBE_SURFACE = {
+    "triangles": 12,
+    "vertices": 24,
+    "image": "wood.png",
+    "tinted": False,
+    "drawn": "solid",
+    "sides": "front",
+}
+
+
+@pytest.mark.parametrize(
+    ("file", "surface"),
+    [("cube.glb", "meshes[0].primitives[0]"), ("cube.obj", "geometry"), ("cube.ply", "mesh")],
+)
+def test_a_mesh_is_told_of_itself_not_of_a_floor_that_it_might_stand_on(
+    tmp_path: Path, file: str, surface: str
+) -> None:
+    document = gltf_cube(
+        cube(),
+        images=[{"uri": "wood.png"}],
+        textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+    )
+    document.primitive["material"] = 0
+    (tmp_path / "cube.glb").write_bytes(document.glb())
+    (tmp_path / "cube.obj").write_bytes(obj(cube(), "cube.mtl", "wood"))
+    (tmp_path / "cube.mtl").write_text("newmtl wood\nmap_Kd wood.png\n")
+    (tmp_path / "cube.ply").write_bytes(ply(cube(), "wood.png"))
+    Image.new("RGB", (4, 4)).save(tmp_path / "wood.png")
+    found = inspect(str(tmp_path / file), ())
+    assert found["file"] == str(tmp_path / file)
+    assert found["counts"] == {"surfaces": 1, "triangles": 12, "vertices": 24, "images": 1}
+    bounds = {"mins": [-16] * 3, "maxs": [16] * 3, "unit": "Quake units"}
+    assert found["bounds"] == bounds
+    assert found["surfaces"] == [{"name": surface, **CUBE_SURFACE}]
+    assert found["missing"] == found["problems"] == found["animations"] == []
+    (tmp_path / "wood.png").unlink()
+    (tmp_path / "cube.mtl").unlink()
+    bare = inspect(str(tmp_path / file), ())
+    assert bare["surfaces"][0]["image"] is None and bare["counts"]["images"] == 0
+    if file == "cube.obj":
+        assert bare["missing"] == [] and "found cube.mtl" in bare["problems"][0]
+    else:
+        assert names(bare["missing"]) == ["wood.png"]
+
+
+def test_a_meshs_own_colours_are_not_a_missing_image(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    look = {"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0.5]}, "alphaMode": "BLEND"}
+    document = gltf_cube(cube(), materials=[{**look, "doubleSided": True}])
+    document.primitive["material"] = 0
+    (tmp_path / "glass.glb").write_bytes(document.glb())
+    told.inspect(str(tmp_path / "glass.glb"), (), as_json=True)
+    (surface,) = json.loads(capsys.readouterr().out)["surfaces"]
+    assert surface["image"] is None and surface["tinted"]
+    assert (surface["drawn"], surface["sides"]) == ("blended", "both")
+    told.inspect(str(tmp_path / "glass.glb"), (), as_json=False)
+    shown = capsys.readouterr().out
+    for word in ("coloured", "blended", "both", "12 triangles", "bounds [-16.0, -16.0, -16.0] to"):
+        assert word in shown
+    for word in ("white", "frames", "floor", "lightmaps"):
+        assert word not in shown
 
 
 def test_player(tmp_path: Path) -> None:

@@ -27,6 +27,8 @@ def test_forward_follows_the_games_angles() -> None:
         *(({"fov": fov}, "fov") for fov in (180, 0, -90, math.nan)),
         *(({"near": near}, "near") for near in (0, -1, math.nan, math.inf)),
         ({"yaw": math.nan}, "finite"),
+        ({"pitch": 100}, "expected a pitch of -90 to 90 degrees, found 100"),
+        ({"pitch": -90.001}, "expected a pitch of -90 to 90 degrees, found -90.001"),
         ({"pitch": math.inf}, "finite"),
         ({"position": vec3((0, math.nan, 0))}, "finite"),
     ],
@@ -34,6 +36,12 @@ def test_forward_follows_the_games_angles() -> None:
 def test_cameras_that_make_no_sense(change: dict[str, Any], told: str) -> None:
     with pytest.raises(UsageError, match=told):
         replace(Camera(vec3((0, 0, 0))), **change)
+
+
+def test_what_rounding_adds_to_the_steepest_pitch_is_cut_off() -> None:
+    """Paths and flights work pitches out between others."""
+    assert Camera(vec3((0, 0, 0)), pitch=math.nextafter(90, 91)).pitch == 90
+    assert Camera(vec3((0, 0, 0)), pitch=math.nextafter(-90, -91)).pitch == -90
 
 
 def test_fov_is_horizontal() -> None:

@@ -118,8 +118,9 @@ def test_one_animation_after_another(game: Path) -> None:
             r"x.toml: characters\[0\].skin: .*: expected a skin: none is there, found no",
         ),
         (
-            'model = "player:bot"\nposition = [0, 0, 0]\nthen = [{at = 2, animation = "fly"}]',
-            r"x.toml: characters\[0\].then: player:bot: animation: expected one of",
+            'model = "player:bot"\nposition = [0, 0, 0]\n'
+            'then = [{at = 1, animation = "run"}, {at = 2, animation = "fly"}]',
+            r"x.toml: characters\[0\].then\[1\].animation: player:bot: expected one of .* fly$",
         ),
         (
             'model = "crate"\nposition = [0, 0, 0]',

@@ -136,6 +136,20 @@ def test_angles_do_not_overshoot(yaws: list[float]) -> None:
         assert low - 1e-9 <= yaw.min() and yaw.max() <= high + 1e-9
 
 
+steep = st.sampled_from([-90.0, 90.0]) | st.floats(-90, 90)
+
+
+@given(st.lists(steep, min_size=2, max_size=6), st.lists(gap, min_size=6, max_size=6))
+def test_between_steep_keys_there_is_a_camera_at_every_time(
+    pitches: list[float], gaps: list[float]
+) -> None:
+    times = np.cumsum([0.0, *gaps[: len(pitches) - 1]]).tolist()
+    keys = zip(times, pitches, strict=True)
+    path = CameraPath(tuple(Key(time, vec3((0, 0, time)), pitch=pitch) for time, pitch in keys))
+    for time in np.linspace(0, path.seconds, 40):
+        assert abs(path.camera(time).pitch) <= 90
+
+
 def test_the_horizon_is_level() -> None:
     for time in np.linspace(0, CORNER.seconds, 20):
         right = CORNER.camera(time).view_from_world[0, :3]

@@ -1,6 +1,7 @@
 """Props from scene files: where they come to be, what the level makes of them, what is refused."""
 
 import json
+import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from PIL import Image
 
 from followspot.assets.archive import Archive
 from followspot.assets.bsp import LUMPS
+from followspot.assets.shader_values import Sides
 from followspot.errors import AssetError
 from followspot.present.inspect import inspect
 from followspot.scene import bsp_tree, scene_file
@@ -193,18 +195,21 @@ def test_factors_and_cut_outs_become_tints_and_tests(folder: Path) -> None:
     ("text", "message"),
     [
         ('file = "cube.glb"', r"props\[0\]: expected the key origin, found none"),
-        ('file = "cube.glb"\norigin = [0, 0]', r"props\[0\].origin: expected `array` of length 3"),
+        (
+            'file = "cube.glb"\norigin = [0, 0]',
+            r"props\[0\].origin: expected a list of length 3, found 2",
+        ),
         (
             'file = "cube.glb"\norigin = [0, 0, 0]\nsize = 2',
             r"known keys only \(file, .*found size",
         ),
         (
             'file = "cube.glb"\norigin = [0, 0, 0]\nscale = 0',
-            r"props\[0\].scale: expected float >=",
+            r"props\[0\].scale: expected a number >= 1e-06, found 0",
         ),
         (
             'file = "cube.glb"\norigin = [0, 0, 0]\nscale = "big"',
-            r"props\[0\].scale: expected float",
+            r"props\[0\].scale: expected a number, found 'big'",
         ),
         ('file = "cube.glb"\norigin = [0, 0, 0]\nup = "x"', r"props\[0\].up: expected y, z, found"),
         ('file = "cube.glb"\norigin = [0, 0, 0]\nyaw = nan', r"props\[0\].yaw: expected a finite"),
@@ -212,7 +217,10 @@ def test_factors_and_cut_outs_become_tints_and_tests(folder: Path) -> None:
             'file = "cube.glb"\norigin = [0, 0, 0]\nyaw = 1\nangles = [0, 0, 0]',
             r"props\[0\]: expected `yaw` or `angles`, found both",
         ),
-        ('file = "cube.glb"\norigin = [0, 0, 0]\nground = 1', r"props\[0\].ground: expected bool"),
+        (
+            'file = "cube.glb"\norigin = [0, 0, 0]\nground = 1',
+            r"props\[0\].ground: expected true or false, found 1",
+        ),
         (
             'file = "no.glb"\norigin = [0, 0, 0]',
             r"x.toml: props\[0\].file: no.glb: exp.*found none",
@@ -317,19 +325,81 @@ def yard(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pat
 def test_a_scene_file_puts_props_beside_it_into_its_level(yard: Path) -> None:
     scene = load(str(yard))
     bare = load("courtyard")
-    assert [prop.name for prop in scene.props] == ["cube.glb", "cube.md3", "cube.obj"]
+    names = ["things/cube.glb", "things/cube.md3", "things/cube.obj"]
+    assert [prop.name for prop in scene.props] == names
     assert scene.mesh.triangle_count == bare.mesh.triangle_count + 36
     assert {m.name for m in scene.missing} == {m.name for m in bare.missing}
-    assert "wood.png" in scene.images
+    assert "beside:/things/wood.png" in scene.images
+    assert scene.archive.source("beside:/things/wood.png") == str(yard.parent / "things/wood.png")
     require_whole(scene.level)
     assert scene.bounds[1][2] == pytest.approx(9016)
     told = inspect(str(yard), ())
-    assert [(p["name"], p["triangles"]) for p in told["props"]] == [
-        ("cube.glb", 12),
-        ("cube.md3", 12),
-        ("cube.obj", 12),
-    ]
+    assert [(p["name"], p["triangles"]) for p in told["props"]] == [(name, 12) for name in names]
     json.dumps(told)
+
+
+@pytest.mark.parametrize("place", ["", "things/"])
+def test_what_lies_beside_a_prop_is_there_for_props_alone(yard: Path, place: str) -> None:
+    """No level, texture or script; the level is found as it is without the prop."""
+    bare = load("courtyard")
+    own = yard.parent / place
+    for path in (yard.parent / "things").iterdir():
+        (own / path.name).write_bytes(path.read_bytes())
+    image = next(image for image in bare.images if image.startswith("textures/"))
+    for name in ("maps", "scripts", Path(image).parent):
+        (own / name).mkdir(parents=True)
+    (own / "maps/courtyard.bsp").write_bytes(b"no level")
+    (own / image).write_bytes(b"no image")
+    (own / "scripts/a.shader").write_text(
+        "".join(f"{m.name} {{ {{ map wood.png }} }}\n" for m in bare.materials)
+    )
+    with zipfile.ZipFile(own / "zzz.pk3", "w") as pak:
+        pak.writestr("maps/courtyard.bsp", b"no level either")
+    text = f'level = "courtyard"\n[[props]]\nfile = "{place}cube.glb"\norigin = [0, 0, 9000]\n'
+    yard.write_text(text)
+    scene = load(str(yard))
+    assert scene.level.bsp.source == bare.level.bsp.source
+    assert set(scene.images) == {*bare.images, f"beside:/{place}wood.png"}
+    assert [scene.archive.source(i) for i in bare.images] == list(
+        map(bare.archive.source, bare.images)
+    )
+    # A level that is asked for by folder is there, with or without the prop.
+    other = yard.parent / "other"
+    (other / "maps").mkdir(parents=True)
+    (other / "maps/courtyard.bsp").write_bytes(bare.archive.read("maps/courtyard.bsp"))
+    found = load(str(yard), [other]).level.bsp.source
+    assert found == str(other / "maps/courtyard.bsp")
+
+
+def test_a_prop_wears_what_lies_beside_it_by_its_own_script(yard: Path) -> None:
+    """A model in a game folder of its own: scripts and images there come before the game's."""
+    game = yard.parent / "mod"
+    for name in ("models/cube", "scripts", "textures"):
+        (game / name).mkdir(parents=True)
+    (game / "models/cube/cube.md3").write_bytes(md3_cube(CUBE, "textures/mine", "textures/other"))
+    (game / "scripts/mine.shader").write_text(
+        "textures/mine { cull none\n { map textures/other.png } }"
+    )
+    Image.new("RGB", (4, 4)).save(game / "textures/other.png")
+    yard.write_text(
+        'level = "courtyard"\n[[props]]\nfile = "mod/models/cube/cube.md3"\norigin = [0, 0, 9000]\n'
+    )
+    scene = load(str(yard))
+    (prop,) = scene.props
+    assert prop.name == "mod/models/cube/cube.md3"
+    looks = {s.material.name: (s.material.image, s.material.sides) for s in prop.surfaces}
+    assert looks == {
+        "textures/mine": ("beside:/mod/textures/other.png", Sides.BOTH),
+        "textures/other": ("beside:/mod/textures/other.png", Sides.FRONT),
+    }
+    assert {m.name for m in scene.missing} == {m.name for m in load("courtyard").missing}
+
+
+def test_where_a_prop_is_looked_for_is_told(yard: Path) -> None:
+    yard.write_text('level = "courtyard"\n[[props]]\nfile = "no.glb"\norigin = [0, 0, 0]\n')
+    told = rf"yard.toml: props\[0\].file: no.glb: expected a file in {yard.parent}, /.*, found none"
+    with pytest.raises(AssetError, match=told):
+        load(str(yard))
 
 
 def test_every_material_of_a_model_has_its_own_vertices_alone(folder: Path) -> None:
@@ -440,12 +510,6 @@ def test_a_mesh_alone_stands_on_a_plain_floor(folder: Path, name: str) -> None:
         assert scene.visibility.faces_from(eye).all()
         with pytest.raises(AssetError, match="animation: expected none, found run"):
             load_figure(str(folder / name), animation="run")
-
-
-def test_a_mesh_alone_is_inspected(folder: Path) -> None:
-    told = inspect(str(folder / "cube.glb"), ())
-    assert [(p["name"], p["triangles"]) for p in told["props"]] == [("cube.glb", 12)]
-    assert "wood.png" in [m["image"] for m in told["materials"]]
 
 
 def test_entries_have_one_turn() -> None:

@@ -1,6 +1,7 @@
 """Scene files: what good ones mean, and one clear error for every way to get one wrong."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,13 @@ def test_level_alone_is_enough() -> None:
     assert file.lights is None and file.cameras == {} and file.settings == Settings()
 
 
+@pytest.mark.parametrize("word", ["auto", "AUTO", "none"])
+def test_settings_that_are_left_open_may_be_said_to_be(word: str) -> None:
+    """As with ``--set``, and as README's table has them."""
+    text = f'level = "a"\n[settings]\nexposure = "{word}"\nenvironment_mip = "{word}"\nemission = 2'
+    assert scene_file.parse(text, "auto.toml").settings == Settings(emission=2)
+
+
 POINT = '[[lights]]\ntype = "point"\nposition = [0, 0, 0]\n'
 SPOT = '[[lights]]\ntype = "spot"\nposition = [0, 0, 9]\npower = 5\n'
 AIMED = SPOT + "target = [0, 0, 0]\n"
@@ -105,22 +113,24 @@ WRONG = {
     "metres_per_unit = 1e-300": ("metres_per_unit", ">= 1e-06", "1e-300"),
     f"metres_per_unit = {'9' * 5000}": ("", "TOML", "an integer of thousands of digits"),
     f"{'.'.join('a' * 3000)} = 1": ("", "TOML", "too deep"),
-    'metres_per_unit = "long"': ("metres_per_unit", "", "str"),
+    'metres_per_unit = "long"': ("metres_per_unit", "a number", "'long'"),
     "metres_per_unit = inf": ("metres_per_unit", "finite", "inf"),
     "environment_constant = -1.5": ("environment_constant", ">= 0", "-1.5"),
     "environment_constant = 1e300": ("environment_constant", "<= 1000000.0", "1e+300"),
     "ambient = 1e300": ("ambient", "<= 1000000.0", "1e+300"),
     "environment_constant = nan": ("environment_constant", "finite", "nan"),
-    "sky = 3": ("sky", "str", "int"),
-    "lights = 3": ("lights", "array", "int"),
-    "lights = [[1]]": ("lights[0]", "", "array"),
+    "sky = 3": ("sky", "text", "3"),
+    "sky = 1979-05-27": ("sky", "text", "1979-05-27"),
+    "lights = 3": ("lights", "a list", "3"),
+    "lights = [[1]]": ("lights[0]", "a table", "[1]"),
     '[[lights]]\ntype = "sun"': ("lights[0].type", "spot", "sun"),
     "[[lights]]\nposition = [0, 0, 0]\npower = 1": ("lights[0]", "type", ""),
     POINT: ("lights[0]", "power", ""),
-    POINT + "power = -1": ("lights[0]", "0 or more", ""),
-    POINT + "power = [1, -2, 3]": ("lights[0]", "0 or more", ""),
-    POINT + "power = [1, 2]": ("lights[0]", "three", ""),
-    POINT + 'power = "bright"': ("lights[0].power", "", "str"),
+    POINT + "power = -1": ("lights[0].power", "from 0 to 1e+15", "-1"),
+    POINT + "power = [1, -2, 3]": ("lights[0].power", "from 0 to 1e+15", "[1, -2, 3]"),
+    POINT + "power = [1, 2]": ("lights[0].power", "one number or three", "[1, 2]"),
+    POINT + "power = []": ("lights[0].power", "one number or three", "[]"),
+    POINT + 'power = "bright"': ("lights[0].power", "a number or a list", "'bright'"),
     POINT + "power = 1e999": ("lights[0].power", "finite", "inf"),
     POINT + f"power = {'9' * 400}": ("lights[0].power", "", ""),
     POINT + "power = 1\ndirection = [0, 0, 1]": (
@@ -129,9 +139,17 @@ WRONG = {
         "direction",
     ),
     POINT.replace("[0, 0, 0]", "[0, 0]") + "power = 1": ("lights[0].position", "3", "2"),
-    POINT.replace("[0, 0, 0]", "[0, 0, true]") + "power = 1": ("lights[0].position[2]", "", "bool"),
+    POINT.replace("[0, 0, 0]", "[0, 0, true]") + "power = 1": (
+        "lights[0].position[2]",
+        "a number",
+        "true",
+    ),
     SPOT + "angle = 30": ("lights[0]", "half_angle_degrees, direction", "angle"),
-    SPOT + "half_angle_degrees = 30": ("lights[0]", "one of `direction` and `target`", ""),
+    SPOT + "half_angle_degrees = 30": (
+        "lights[0]",
+        "one of `direction` and `target`",
+        "neither",
+    ),
     AIMED: ("lights[0]", "half_angle_degrees", ""),
     AIMED + "half_angle_degrees = 90": ("lights[0].half_angle_degrees", "< 90", "90"),
     AIMED + "half_angle_degrees = 0": ("lights[0].half_angle_degrees", ">= 0.01", "0"),
@@ -146,24 +164,47 @@ WRONG = {
         "1e+308",
     ),
     "cameras = [1]": ("cameras", "a table", "[1]"),
-    "[cameras]\ndoor = 3": ("cameras.door", "", "int"),
+    "[cameras]\ndoor = 3": ("cameras.door", "a table", "3"),
     "[cameras.door]\nyaw = 3": ("cameras.door", "position", ""),
     CAMERA + "pitch = 91": ("cameras.door.pitch", "<= 90", "91"),
     CAMERA + "fov = 0": ("cameras.door.fov", ">= 1", "0"),
     CAMERA + "roll = 3": ("cameras.door", "(position, yaw, pitch, fov)", "roll"),
     CAMERA + "yaw = 1e308": ("cameras.door.yaw", "<=", "1e+308"),
     CAMERA + "yaw = nan": ("cameras.door.yaw", "finite", "nan"),
-    "settings = 1": ("settings", "", "int"),
+    "settings = 1": ("settings", "a table", "1"),
     "[settings]\nbrightness = 1": ("settings", "(shadows, sky_light, albedo", "brightness"),
     "[settings]\nexposure = 1e300": ("settings.exposure", "<= 1000000.0", "1e+300"),
     "[paths.a]\nkeys = [{position = [0, 0, 0], roll = 1}]": ("paths.a.keys[0]", "look_at", "roll"),
     "[paths.a]\nkeys = [{position = [0, 0, 0], yaw = 1e308}]": ("paths.a.keys[0].yaw", "<=", "308"),
     "[settings]\nshadow_map_size = 4": ("settings.shadow_map_size", ">= 16", "4"),
-    "[settings]\nshadow_map_size = 64.5": ("settings.shadow_map_size", "int", "float"),
+    "[settings]\nshadow_map_size = 64.5": ("settings.shadow_map_size", "a whole number", "64.5"),
     '[settings]\nshadow_cull = "left"': ("settings.shadow_cull", "front", "left"),
     "[settings]\nalbedo = 1.5": ("settings.albedo", "<= 1", "1.5"),
-    '[settings]\nshadows = "yes"': ("settings.shadows", "bool", "str"),
+    '[settings]\nshadows = "yes"': ("settings.shadows", "true or false", "'yes'"),
     "[settings]\nexposure = -1": ("settings.exposure", "> 0", "-1"),
+    '[settings]\nexposure = "bright"': ("settings.exposure", "a number", "'bright'"),
+    '[settings]\nculling = "auto"': ("settings.culling", "true or false", "'auto'"),
+    "[paths.a]\nseconds = 5": ("paths.a", "either `keys` or `auto = true`", "neither"),
+    "[paths.a]\nauto = true\nkeys = [{position = [0, 0, 0]}]": (
+        "paths.a",
+        "either `keys` or `auto = true`",
+        "both",
+    ),
+    '[[characters]]\nmodel = "a"': (
+        "characters[0]",
+        "one of `position` and `path`",
+        "neither",
+    ),
+    '[[characters]]\nmodel = "a"\npath = [[1, 2, 3]]\nposition = [1, 2, 3]': (
+        "characters[0]",
+        "one of `position` and `path`",
+        "both",
+    ),
+    '[[characters]]\nmodel = "a"\nposition = [1, 2, 3]\nskin = ""': (
+        "characters[0].skin",
+        "text of length >= 1",
+        "''",
+    ),
     "exposure =": ("end of document", "TOML", ""),
     "x": ("", "TOML", ""),
     'level = "b"': ("", "TOML", ""),
@@ -182,6 +223,9 @@ def test_one_error_names_file_key_expected_and_found(text: str) -> None:
     assert error.source == "wrong.toml"
     assert error.place.startswith(place)
     assert place == error.place or not place.endswith(("door", "]"))
+    assert "neither" not in error.found or error.found == "neither"
+    if error.expected != "TOML":
+        assert not re.search(r"\b(str|int|float|bool|array|object|null)\b", str(error))
     assert expected in error.expected and found in error.found
     assert error.expected != "a valid value" and error.found not in ("another value", "")
     assert "\n" not in str(error) and len(str(error)) < 300

@@ -58,6 +58,18 @@ def test_between_matches_the_camera_stands_at_its_entity_and_looks_at_its_target
         assert cameras(entity | odd, here)["intermission"].yaw == 30
 
 
+@pytest.mark.parametrize(
+    ("written", "pitch"), [("340", -20), ("-370", -10), ("100", 90), ("-100", -90), ("260", -90)]
+)
+def test_angles_of_a_level_are_turns_of_which_the_game_bends_no_farther_than_upright(
+    written: str, pitch: float
+) -> None:
+    at = {"origin": "0 0 0", "angles": f"{written} 30 0"}
+    kinds = "info_player_deathmatch", "info_player_intermission"
+    found = cameras(*({"classname": kind, **at} for kind in kinds))
+    assert [(c.yaw, c.pitch) for c in found.values()] == [(30, pitch)] * 2
+
+
 def test_a_level_without_any_is_seen_from_its_middle() -> None:
     (only,) = cameras({"classname": "worldspawn"}).values()
     assert only.position.tolist() == [10, 20, 40]

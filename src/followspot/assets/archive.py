@@ -26,6 +26,9 @@ from typing import Self
 from followspot.assets.pak import Pak, PakEntry, refuse_absurd_size, unreadable
 from followspot.errors import AssetError
 
+BESIDE = "beside:/"
+"""What the names of files begin with that lie in no root; see `Archive.put_beside`."""
+
 MAX_LOOSE_FILES = 100_000
 """Most files and folders below one root: a home folder or a whole disk is no game folder."""
 
@@ -82,6 +85,8 @@ class Archive:
         self._roots = roots
         self._files: dict[str, _LooseFile | PakEntry | _HeldFile] = {**files}
         self._places = places
+        self._beside: set[str] = set()
+        self._paks = paks
         self._close = weakref.finalize(self, paks.close)
 
     @classmethod
@@ -134,6 +139,29 @@ class Archive:
         self._places.pop(name, None)
         return name
 
+    def put_beside(self, folder: Path, name: str) -> str:
+        """Gather the names in a folder whose files stand in for none of the others.
+
+        They begin with what is returned: `BESIDE`, and the name that the folder is to have.
+
+        Raises:
+            AssetError: The folder is unreadable or absurdly large. As with roots, a broken pk3
+                file in it is one of the `problems`.
+        """
+        prefix = f"{BESIDE}{normalise(name)}/".replace("//", "/")
+        if prefix not in self._beside:
+            problems: list[AssetError] = []
+            found = _in_folder(folder, self._paks, problems)
+            self._files.update({prefix + inside: file for inside, file in found.items()})
+            self._beside.add(prefix)
+            self.problems += tuple(problems)
+        return prefix
+
+    def beside(self, name: str) -> str:
+        """What `put_beside` has returned of a file's folder; empty for a file in the roots."""
+        name = normalise(name)
+        return max((p for p in self._beside if name.startswith(p)), key=len, default="")
+
     def exists(self, name: str) -> bool:
         """Tell whether there is such a file."""
         return normalise(name) in self._files
@@ -151,7 +179,7 @@ class Archive:
         return self._file(name).source
 
     def root(self, name: str) -> int:
-        """Say which of the roots a file is read from, counted from 0; -1 for one that was added."""
+        """Say which of the roots a file is read from, counted from 0; -1 for one in none."""
         self._file(name)
         return self._places.get(normalise(name), -1)
 

@@ -66,6 +66,23 @@ class BinaryFile:
         """View one record at a byte offset; as `array`, without its first axis."""
         return self.array(dtype, offset, 1, place)[0]
 
+    def require_magic(self, magic: bytes, offset: int = 0, place: str = "byte 0") -> None:
+        """Require the letters that tell a format.
+
+        Raises:
+            AssetError: Other ones stand there, or none.
+        """
+        found = self.data[offset : offset + len(magic)]
+        if found == magic:
+            return
+        end = f"the end of {len(self.data)} bytes" if self.data else "an empty file"
+        raise AssetError(
+            self.source,
+            place=place,
+            expected=f"the letters {magic.decode('latin-1')}",
+            found=repr(found.decode("latin-1")) if found else end,
+        )
+
     def require(self, good: Mask, values: Any, place: str, expected: str) -> None:
         """Raise an error that names the first record that is not good.
 

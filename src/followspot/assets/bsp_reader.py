@@ -62,10 +62,7 @@ def read_bsp(data: bytes, source: str) -> BspFile:
 
 def _read_lumps(file: BinaryFile) -> dict[str, NDArray[Any]]:
     """View every lump as an array of its records."""
-    if file.data[:4] != MAGIC:
-        raise AssetError(
-            file.source, place="byte 0", expected=f"{MAGIC!r}", found=f"{file.data[:4]!r}"
-        )
+    file.require_magic(MAGIC)
     header = file.record(HEADER, 0, "header")
     if header["version"] != VERSION:
         game = " (Return to Castle Wolfenstein or Quake Live)" if header["version"] == 47 else ""

@@ -8,6 +8,7 @@ from typing import Annotated, Any, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
+from followspot.assets import complaints
 from followspot.assets.mesh_record import MAX_VERTICES
 from followspot.errors import AssetError
 
@@ -188,10 +189,20 @@ def decode(text: bytes, kind: type[Kind], source: str) -> Kind:
     try:
         return msgspec.json.decode(text.rstrip(b"\0 "), type=kind)
     except msgspec.ValidationError as error:
-        said, _, place = str(error).partition(" - at ")
+        said, place = complaints.taken_apart(error)
         expected, _, found = said.removeprefix("Expected ").partition(", got ")
-        place = place.strip("`").removeprefix("$").removeprefix(".")
-        expected, found = expected.replace("`", ""), found.replace("`", "") or "another"
+        if (key := complaints.missing_key(said)) is not None:
+            place = f"{place}.{key}".lstrip(".")
+            expected, found = "a value, which glTF requires", "none"
+        expected, found = expected.replace("`", ""), found.replace("`", "")
+        found = found or _shown_at(text, place)
         raise AssetError(source, place=place, expected=expected, found=found) from None
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise AssetError(source, place="JSON", expected="JSON", found=str(error)) from None
+
+
+def _shown_at(text: bytes, place: str) -> str:
+    try:
+        return complaints.shown_at(msgspec.json.decode(text.rstrip(b"\0 ")), place)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return "another"

@@ -232,7 +232,7 @@ def _read_header(file: BinaryFile) -> Any:
         if not good:
             raise AssetError(file.source, place=place, expected=expected, found=f"{found}")
 
-    require(file.data[:4] == MAGIC, "byte 0", f"{MAGIC!r}", repr(file.data[:4]))
+    file.require_magic(MAGIC)
     header = file.record(HEADER, 0, "header")
     require(header["version"] == VERSION, "byte 4", f"version {VERSION}", header["version"])
     for name, (lowest, highest) in _COUNTS.items():

@@ -124,8 +124,7 @@ def read_md3(data: bytes, source: str) -> Md3Model:
             something in it refers to what isn't there.
     """
     file = BinaryFile(data, source)
-    if data[:4] != MAGIC:
-        raise AssetError(source, place="byte 0", expected=f"{MAGIC!r}", found=f"{data[:4]!r}")
+    file.require_magic(MAGIC)
     header = file.record(HEADER, 0, "header")
     if header["version"] != VERSION:
         found = f"version {header['version']}"
@@ -257,8 +256,7 @@ def _read_surfaces(file: BinaryFile, header: Any) -> Iterator[Surface]:
     for number in range(header["surfaces_count"]):
         place = f"surfaces[{number}]"
         record = file.record(SURFACE, start, place)
-        if (magic := bytes(record["magic"])) != MAGIC:
-            raise AssetError(file.source, place=place, expected=f"{MAGIC!r}", found=f"{magic!r}")
+        file.require_magic(MAGIC, start, place)
         _check_fields(file, record, limits, place)
         posed += frame_count * int(record["vertices_count"])
         if posed > MAX_POSED_VERTICES:

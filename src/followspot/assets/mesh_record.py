@@ -58,6 +58,7 @@ class MeshSurface:
         colors: (v, 4) float32, linear, that texels are multiplied by too; none is white.
         indices: (i,) uint32, three a triangle, clockwise from its front as in Quake.
         look: What it wears.
+        name: Which of the file's it is.
     """
 
     positions: NDArray[np.float32]
@@ -66,6 +67,7 @@ class MeshSurface:
     colors: NDArray[np.float32] | None
     indices: NDArray[np.uint32]
     look: Look
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +90,7 @@ class RawSurface:
     """A surface as a file has it, not yet checked.
 
     Attributes:
-        place: Which it is, for errors.
+        place: Which it is, for errors; its name.
         positions: (v, 3).
         triangles: (t, 3) corners, counter-clockwise from the front as in most formats.
         normals: (v, 3), or none where the file has none.
@@ -136,7 +138,7 @@ def finish(raw: RawSurface, source: str) -> MeshSurface:
     else:
         normals = _unit(raw.normals.astype(np.float64), positions, triangles)
     indices = np.ascontiguousarray(triangles[:, ::-1]).astype(np.uint32).ravel()
-    return MeshSurface(positions, normals, texcoords, colors, indices, raw.look)
+    return MeshSurface(positions, normals, texcoords, colors, indices, raw.look, raw.place)
 
 
 def _numbers(

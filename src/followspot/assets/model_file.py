@@ -45,6 +45,8 @@ def locate_model(name_or_path: str, search: Sequence[Path]) -> tuple[Archive, st
 def find_model_image(archive: Archive, entry: str, name: str) -> tuple[str | None, list[str]]:
     """Find the image that a model calls so: by its path in the game, else beside the model.
 
+    Of a model that lies in none of the archive's roots, its path in the model's folder comes first.
+
     Args:
         archive: Where the model is read from.
         entry: The model's name in it.
@@ -53,12 +55,15 @@ def find_model_image(archive: Archive, entry: str, name: str) -> tuple[str | Non
     Returns:
         The file's normalised name, or None, and the names that were tried, in order.
     """
-    found, tried = find_image(archive, name)
-    if found is None:
-        beside = _folder(entry) + normalise(name).rpartition("/")[2]
-        found, more = find_image(archive, beside)
+    own = archive.beside(entry)
+    beside = _folder(entry) + normalise(name).rpartition("/")[2]
+    tried: list[str] = []
+    for wanted in (own + name, name, beside) if own else (name, beside):
+        found, more = find_image(archive, wanted)
         tried += [other for other in more if other not in tried]
-    return found, tried
+        if found is not None:
+            return found, tried
+    return None, tried
 
 
 def images_beside(archive: Archive, entry: str) -> list[str]:

@@ -57,8 +57,8 @@ class Scripts(Mapping[str, ShaderScript]):
         return (*self._lost, *wrong)
 
 
-def load_scripts(archive: ReadsScripts) -> Scripts:
-    """Find the entries in every ``scripts/*.shader`` of an archive.
+def load_scripts(archive: ReadsScripts, folder: str = "") -> Scripts:
+    """Find the entries in every ``scripts/*.shader`` of an archive, or below a folder in it.
 
     Of several entries with one name the engine's choice holds, which is not the one of files:
     it joins all scripts, the first pak's in front (``ScanAndLoadShaderFiles``), and the first
@@ -71,7 +71,7 @@ def load_scripts(archive: ReadsScripts) -> Scripts:
     """
     found: dict[str, Entry] = {}
     lost: list[AssetError] = []
-    names = sorted(archive.names("scripts/", ".shader"), reverse=True)
+    names = sorted(archive.names(f"{folder}scripts/", ".shader"), reverse=True)
     order = {name: (archive.root(name), *_joining_order(archive.source(name))) for name in names}
     for name in sorted(names, key=order.__getitem__):
         try:

@@ -23,7 +23,7 @@ def inspect(
     json: Annotated[bool, typer.Option("--json", help="All of it, for programs.")] = False,
     assets: AssetsOption = None,
 ) -> None:
-    """Tell what is in a level, a model (x.md2, x.md3) or a player (player:sarge), and what is not.
+    """Tell what is in a level, a model (x.md2, x.md3, x.glb, ...) or a player (player:sarge).
 
     Counts, bounds, entities, views, materials; parts, surfaces, tags, skins, animations.
     """

@@ -36,7 +36,8 @@ def parse_camera(
     text: str | None, fov: float | None, scene: Scene, option: str = "--camera"
 ) -> Camera:
     """A camera's name or ``x,y,z,yaw,pitch`` (units, degrees), with another angle of view."""
-    camera = _typed_camera(text, option) if text and "," in text else scene.camera(text)
+    is_typed = text is not None and "," in text and text not in scene.cameras
+    camera = _typed_camera(text, option) if text and is_typed else scene.camera(text)
     if fov is None:
         return camera
     if not 1 <= fov <= 170:

@@ -8,27 +8,25 @@ from typing import Any
 import numpy as np
 
 from followspot.assets.bsp import BspFile, FaceType
-from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.present.stopwatch import Steps, peak_memory_mb
-from followspot.scene.load import load, load_figure
+from followspot.scene.load import load
 from followspot.scene.props import Prop
 from followspot.scene.scene import Scene
 
 
 def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
-    """Everything that can be told of a level, or a mesh alone, without drawing it, ready for JSON.
+    """Everything that can be told of a level without drawing it, ready for JSON.
 
     Raises:
         AssetError: the level cannot be opened.
     """
     steps = Steps()
-    is_mesh = name.lower().endswith(MESH_SUFFIXES)
-    scene = (load_figure if is_mesh else load)(name, assets, on_step=steps)
+    scene = load(name, assets, on_step=steps)
     bsp, mesh = scene.level.bsp, scene.mesh
     mins, maxs = mesh.bounds
     return {
         "name": name,
-        "file": name if is_mesh else bsp.source,
+        "file": bsp.source,
         "counts": _counts(bsp, scene),
         "bounds": {"mins": mins.tolist(), "maxs": maxs.tolist(), "unit": "Quake units"},
         "entities": dict(Counter(e.get("classname", "?") for e in bsp.entities).most_common()),

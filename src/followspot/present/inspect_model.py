@@ -1,4 +1,4 @@
-"""What is in a model or a whole player, and what is missing."""
+"""What is in a model, a mesh or a whole player, and what is missing."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,25 +13,22 @@ from followspot.assets.animation import Animation
 from followspot.assets.archive import Archive
 from followspot.assets.md2 import Md2Model, read_md2
 from followspot.assets.md3 import Md3Model, read_md3
-from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image, images_beside
+from followspot.assets.mesh_file import MESH_SUFFIXES
+from followspot.assets.model_file import find_model_image, images_beside
 from followspot.assets.player import Player, load_player
 from followspot.assets.script_files import load_scripts
 from followspot.present.console import open_console, print_json
-from followspot.scene import figure_file
+from followspot.scene import figure_file, props
 from followspot.scene.figure_file import PLAYER, FigureFiles
+from followspot.scene.props import PropFiles, PropSurface
 from followspot.scene.search import search_roots
-
-
-def is_model(name: str) -> bool:
-    """Whether a name on the command line means a model or a player, not a level."""
-    return name.startswith(PLAYER) or name.lower().endswith(MODEL_SUFFIXES)
 
 
 def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
     """Everything that can be told of a model without drawing it, ready for JSON.
 
     Args:
-        name: ``player:NAME``, ``player:NAME/SKIN``, or a model's file.
+        name: ``player:NAME``, ``player:NAME/SKIN``, or a model's or mesh's file.
         assets: Game folders and pk3 files to look in first.
 
     Raises:
@@ -42,6 +39,8 @@ def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
         if name.startswith(PLAYER):
             player = load_player(archive, name.removeprefix(PLAYER))
             return {"name": name, **_player(archive, player)}
+        if entry.endswith(MESH_SUFFIXES):
+            return {"name": name, **_mesh(name, archive, entry)}
         data, source = archive.read(entry), archive.source(entry)
         if entry.endswith(".md2"):
             return {"name": name, **_md2(archive, entry, read_md2(data, source))}
@@ -58,13 +57,14 @@ def tell(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     console.print(Text(found["name"], style="bold"), found["file"], sep="  ")
     console.print(", ".join(f"{count} {what}" for what, count in found["counts"].items()))
     if "bounds" in found:
-        console.print("bounds {mins} to {maxs} {unit}, over all frames".format(**found["bounds"]))
+        over = ", over all frames" if "frames" in found["counts"] else ""
+        console.print("bounds {mins} to {maxs} {unit}".format(**found["bounds"]) + over)
     for title in ("tags", "sex", "footsteps"):
         if found.get(title):
             console.print(f"{title}: {_cell(found[title])}")
     for title in ("parts", "surfaces", "skins", "animations"):
         if found.get(title):
-            console.print(_table(title, found[title]))
+            console.print(_table(title, [_without_tint(row) for row in found[title]]))
     for missing in found["missing"]:
         tried = ", ".join(missing["tried"])
         console.print(f"missing: {missing['name']} (tried {tried})", style="red")
@@ -113,6 +113,39 @@ def _md3(archive: Archive, entry: str, model: Md3Model) -> dict[str, Any]:
         "animations": [],
         "missing": _missing(files.missing),
         "problems": [],
+    }
+
+
+def _mesh(name: str, archive: Archive, entry: str) -> dict[str, Any]:
+    files = FigureFiles(archive, load_scripts(archive).find)
+    surfaces = props.alone(entry, PropFiles(archive, files), name).surfaces
+    return {
+        "file": archive.source(entry),
+        "counts": {
+            "surfaces": len(surfaces),
+            "triangles": sum(len(surface.indices) for surface in surfaces) // 3,
+            "vertices": sum(len(surface.vertices) for surface in surfaces),
+            "images": len({s.material.image for s in surfaces} - {None}),
+        },
+        "bounds": _bounds([surface.vertices["position"] for surface in surfaces]),
+        "surfaces": [_mesh_surface(surface) for surface in surfaces],
+        "animations": [],
+        "missing": _missing(files.missing),
+        "problems": [str(problem) for problem in files.problems],
+    }
+
+
+def _mesh_surface(surface: PropSurface) -> dict[str, Any]:
+    material = surface.material
+    shade = "blended" if material.blend else "cut out" if material.alpha_test else "solid"
+    return {
+        "name": surface.name,
+        "triangles": len(surface.indices) // 3,
+        "vertices": len(surface.vertices),
+        "image": material.image,
+        "tinted": material.is_tinted,
+        "drawn": shade,
+        "sides": material.sides.value,
     }
 
 
@@ -207,6 +240,14 @@ def _animations(animations: Mapping[str, Animation]) -> list[dict[str, Any]]:
 
 def _missing(names: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
     return [{"name": name, "tried": list(tried)} for name, tried in names.items()]
+
+
+def _without_tint(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row as it is printed: what has colours of its own is not white for want of an image."""
+    shown = dict(row)
+    if shown.pop("tinted", False) and shown["image"] is None:
+        shown["image"] = "coloured"
+    return shown
 
 
 def _table(title: str, rows: Sequence[Mapping[str, Any]]) -> Table:

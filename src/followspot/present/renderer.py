@@ -44,7 +44,7 @@ class Renderer:
 
     Raises:
         ContextError: no OpenGL context can be had.
-        UsageError: the size is not one that can be drawn.
+        UsageError: the size is not one that can be drawn; by methods, the renderer is closed.
     """
 
     def __init__(
@@ -52,13 +52,12 @@ class Renderer:
     ) -> None:
         self._context = create_context() if context is None else context
         self._is_lent = context is not None
+        self._is_closed = False
         try:
-            self._check(size)
+            self.size = self._checked(size)
         except UsageError:
             self._release_context()
             raise
-        self.size = size
-        self._is_closed = False
         self._targets: dict[bool, Target] = {}
         self._gpu_scene: GpuScene | None = None
         self._pipeline: FramePipeline | None = None
@@ -68,6 +67,7 @@ class Renderer:
     @property
     def gl_renderer(self) -> str:
         """What draws, as GL tells it."""
+        self._make_current()
         return str(self._context.info["GL_RENDERER"])
 
     @property
@@ -78,6 +78,8 @@ class Renderer:
 
     def _make_current(self) -> None:
         """Point GL at this renderer's context: there may be several, used in turn."""
+        if self._is_closed:
+            raise UsageError("the renderer is closed: expected an open one to draw with")
         self._context.__enter__()  # type: ignore[no-untyped-call]  # moderngl's exit would leave another one, or none, current
 
     def open(self, scene: Scene) -> GpuScene:
@@ -172,8 +174,8 @@ class Renderer:
         self, frame: FrameInput, linear: bool = False, part: Part | None = None
     ) -> FrameReport:
         """Draw one frame of the open scene, or a part of it, without reading it back."""
-        pipeline = self.pipeline
         self._make_current()
+        pipeline = self.pipeline
         target = self.target(linear)
         pipeline.prepare(frame, target)
         return pipeline.draw(frame, target, part=part)
@@ -181,6 +183,7 @@ class Renderer:
     def target(self, linear: bool = False) -> Target:
         """What `draw` draws into, for those who read it in a way of their own."""
         if linear not in self._targets:
+            self._make_current()
             self._targets[linear] = Target(self._context, self.size, is_linear=linear)
         return self._targets[linear]
 
@@ -190,8 +193,8 @@ class Renderer:
         Draw one like it before, at another time: drivers compile in the first, and characters that
         stand as they did are neither posed nor cast anew.
         """
-        pipeline = self.pipeline
         self._make_current()
+        pipeline = self.pipeline
         target = self.target()
         pipeline.prepare(frame, target)
         if self._timers is None:
@@ -206,17 +209,19 @@ class Renderer:
         Raises:
             UsageError: the size is not one that can be drawn.
         """
-        self._check(size)
+        size = self._checked(size)
         if size != self.size:
             self.size = size
             self._drop_targets()
 
-    def _check(self, size: tuple[int, int]) -> None:
+    def _checked(self, size: tuple[int, int]) -> tuple[int, int]:
+        self._make_current()
         limit = min(self._context.info["GL_MAX_RENDERBUFFER_SIZE"], 16384)
-        if not all(1 <= edge <= limit for edge in size):
-            raise UsageError(
-                f"a size of {size[0]}x{size[1]} cannot be drawn; edges are 1 to {limit}"
-            )
+        edges = [edge for edge in size if isinstance(edge, int | np.integer) and 1 <= edge <= limit]
+        if len(edges) != 2 or len(size) != 2:
+            shown, expected = "x".join(map(str, size)), f"1 to {limit}, in whole pixels"
+            raise UsageError(f"a size of {shown} cannot be drawn; edges are {expected}")
+        return int(edges[0]), int(edges[1])
 
     def finish(self) -> None:
         """Wait until the GPU has done everything."""
@@ -240,8 +245,8 @@ class Renderer:
         Returns:
             The same texture every time while maps keep their size; none if there is no such map.
         """
-        shadow = self.pipeline.shadow
         self._make_current()
+        shadow = self.pipeline.shadow
         if not shadow.tiles_of(number):
             return None
         if number not in self._previews:
@@ -268,9 +273,9 @@ class Renderer:
         """Give back everything on the GPU; a second time, nothing."""
         if self._is_closed:
             return
-        self._is_closed = True
         self._drop_scene()
         self._drop_targets()
+        self._is_closed = True
         self._release_context()
 
     def _release_context(self) -> None:

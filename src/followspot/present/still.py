@@ -68,7 +68,8 @@ def require_drawable(scene: Scene, wish: Wish) -> None:
 def open_any(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Scene, Camera]:
     """As `open_scene`, however many lights the scene has."""
     if not abs(wish.time) <= FARTHEST_TIME:
-        raise UsageError(f"--time: expected at most {FARTHEST_TIME:g} s, found {wish.time}")
+        expected = f"{-FARTHEST_TIME:g} to {FARTHEST_TIME:g} s"
+        raise UsageError(f"--time: expected {expected}, found {wish.time:g}")
     lights = [arguments.parse_light(text) for text in wish.lights]
     if figure_file.is_model(name):
         if wish.items:

@@ -14,6 +14,7 @@ from followspot.present import inspect_model
 from followspot.present.console import open_console, print_json, working
 from followspot.present.still import Wish
 from followspot.present.stopwatch import Steps
+from followspot.scene import figure_file
 
 
 def figures(name: str, folder: Path, wish: Wish) -> None:
@@ -36,7 +37,7 @@ def figures(name: str, folder: Path, wish: Wish) -> None:
 
 def inspect(name: str, assets: Sequence[Path], *, as_json: bool) -> None:
     """Run ``followspot inspect``."""
-    if inspect_model.is_model(name):
+    if figure_file.is_model(name):
         inspect_model.tell(name, assets, as_json=as_json)
         return
     found = inspect_.inspect(name, assets)

@@ -174,12 +174,17 @@ def _environment(
     white = CubeMap("white", np.full((6, 1, 1, 4), 255, np.uint8))
     uniform = drawn(replace(scene, sky=white, environment_constant=0.7, ambient=0.0))
     truth = both.tracer.under_constant_sky(normals, 0.7)[which.ravel()]
-    constant_worst = float(np.abs(uniform / truth - 1).max())
+    constant_worst = float(_relative_difference(uniform, truth).max())
 
     whole = irradiance(normals, [radiance(scene.sky)])[0] * scene.environment_constant
     truth = (albedo * (whole / math.pi + scene.ambient))[which.ravel()].sum(axis=1)
-    error = np.abs(drawn(scene).sum(axis=1) / np.maximum(truth, 1e-9) - 1)
+    error = _relative_difference(drawn(scene).sum(axis=1), truth)
     return EnvironmentFigures(constant_worst, float(error.mean()), float(error.max()))
+
+
+def _relative_difference(ours: Floats, true: Floats) -> Floats:
+    """Of each number from the true one; none where both are black."""
+    return np.asarray(np.abs(ours - true) / np.maximum(true, 1e-9))
 
 
 def _both_empty(comparison: Comparison) -> Mask:

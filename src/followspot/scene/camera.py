@@ -11,6 +11,11 @@ from followspot import spaces
 from followspot.errors import UsageError
 from followspot.spaces import Mat4, Vec3
 
+STEEPEST = 90.0
+"""Degrees from level that a camera may look up or down."""
+
+_ROUNDING = 1e-6  # degrees that angles between such angles may come out steeper
+
 
 @dataclass(frozen=True, eq=False)
 class Camera:
@@ -19,7 +24,7 @@ class Camera:
     Attributes:
         position: (3,) eye in world space, Quake units; any three numbers are taken.
         yaw: Degrees, counter-clockwise from +X, as the game's ``viewpos`` prints it.
-        pitch: Degrees, positive looks down.
+        pitch: Degrees from -90 to 90, positive looks down.
         fov: Horizontal angle of view in degrees, between 0 and 180.
         near: Distance of the near plane in units (the game's 4 clips no wall at arm's length).
 
@@ -44,6 +49,12 @@ class Camera:
         numbers = (*self.position.tolist(), self.yaw, self.pitch)
         if not all(map(math.isfinite, numbers)):
             raise UsageError(f"a camera: expected finite numbers, found {numbers}")
+        pitch = min(max(self.pitch, -STEEPEST), STEEPEST)
+        if abs(self.pitch - pitch) > _ROUNDING:
+            raise UsageError(
+                f"a camera: expected a pitch of -90 to 90 degrees, found {self.pitch:g}"
+            )
+        object.__setattr__(self, "pitch", pitch)
 
     @property
     def forward(self) -> Vec3:

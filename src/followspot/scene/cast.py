@@ -66,8 +66,9 @@ def _character(
         way = walk.along(entry.path, speed, is_closed=entry.closed)
         if not entry.closed:
             plays.append((figure.tracks(), way.length / speed))
-    with asked_by(source, f"{key}.then"):
-        plays += [(figure.tracks(then.animation), then.at) for then in entry.then]
+    for number, then in enumerate(entry.then):
+        with asked_by(source, f"{key}.then[{number}].animation"):
+            plays.append((figure.tracks(then.animation), then.at))
     plays[1:] = sorted(plays[1:], key=lambda play: play[1])
     if entry.on_ground:
         way = on_ground(way, ground, figure, first)

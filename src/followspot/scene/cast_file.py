@@ -26,7 +26,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from followspot.scene.entry import Coordinate, Entry, Point
+from followspot.scene.entry import Coordinate, Entry, Point, require_one
 
 Seconds = Annotated[float, Meta(ge=-1e6, le=1e6)]
 
@@ -62,14 +62,13 @@ class CharacterEntry(Entry, kw_only=True, frozen=True):
     on_ground: bool = True
     animation: str | None = None
     then: tuple[ThenEntry, ...] = ()
-    skin: str | None = None
+    skin: Annotated[str, Meta(min_length=1)] | None = None
     closed: bool = True
     speed: Annotated[float, Meta(gt=0, le=1e5)] | None = None
     clock: Seconds = 0.0
 
     def __post_init__(self) -> None:
-        if (self.position is None) == (self.path is None):
-            raise ValueError("Expected one of `position` and `path`, got both or neither")
+        require_one(position=self.position, path=self.path)
         _require_order(self.then)
 
 

@@ -13,3 +13,11 @@ Point = tuple[Coordinate, Coordinate, Coordinate]
 
 class Entry(Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
     """A table without keys that nobody reads."""
+
+
+def require_one(**choices: object) -> None:
+    """Require that exactly one of two keys is given; a ValueError tells which are."""
+    given = [name for name, value in choices.items() if value is not None]
+    if len(given) != 1:
+        names, found = " and ".join(f"`{name}`" for name in choices), "both" if given else "neither"
+        raise ValueError(f"Expected one of {names}, got {found}")

@@ -16,6 +16,7 @@ from followspot.assets.model_file import (
     locate_model,
 )
 from followspot.assets.player import DEFAULT_SKIN, load_player, parse_skin
+from followspot.assets.script_files import Scripts, load_scripts
 from followspot.assets.shader_script import ShaderScript
 from followspot.errors import AssetError
 from followspot.scene import figure, material
@@ -59,6 +60,7 @@ class FigureFiles:
         self._archive = archive
         self._find_script = find_script
         self._figures: dict[tuple[str, str | None], Figure] = {}
+        self._scripts_beside: dict[str, Scripts] = {}
         self.missing: dict[str, list[str]] = {}
         self.problems: list[AssetError] = []
 
@@ -111,9 +113,23 @@ class FigureFiles:
                 self.missing[wanted] = tried
             return found
 
-        made = material.from_script(name, self._find_script(name), find)
+        made = material.from_script(name, self._script(name, entry or ""), find)
         # Vertices of models have no alpha, and move by their frames alone.
         return replace(made, fades=False, deforms=RIGID)
+
+    def _script(self, name: str, entry: str) -> ShaderScript | None:
+        """A shader's script; models that lie in no root bring their own."""
+        folder = self._archive.beside(entry)
+        if not folder:
+            return self._find_script(name)
+        if folder not in self._scripts_beside:
+            self._scripts_beside[folder] = load_scripts(self._archive, folder)
+            self.problems += self._scripts_beside[folder].problems
+        script = self._scripts_beside[folder].find(name)
+        if script is None:
+            return self._find_script(name)
+        self.problems += [problem for problem in script.problems if problem not in self.problems]
+        return script
 
     def _md2_skin(self, entry: str, model: Md2Model, skin: str | None) -> Material:
         """The skin of a name, or the first one there is: as the file names them, or beside it."""

@@ -1,6 +1,7 @@
 """The part of a scene file that lights the level.
 
 [[lights]]
+name = "sun"                  # which the window lists it by
 type = "spot"                 # or "point", which has neither direction nor angle
 position = [0, 0, 400]        # Quake units
 target = [0, 0, 0]            # or direction = [x, y, z]
@@ -17,7 +18,7 @@ import numpy as np
 from msgspec import Meta
 
 from followspot import spaces
-from followspot.scene.entry import Entry, Point
+from followspot.scene.entry import Entry, Point, require_one
 from followspot.scene.light import Light, PointLight, SpotLight
 from followspot.spaces import Vec3
 
@@ -60,8 +61,7 @@ class SpotEntry(Entry, tag="spot", frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         _per_channel(self.power)
-        if (self.direction is None) == (self.target is None):
-            raise ValueError("Expected one of `direction` and `target`, got both or neither")
+        require_one(direction=self.direction, target=self.target)
         if not np.linalg.norm(self._axis()) > 0:
             raise ValueError("Expected a direction or target that tells a direction, got none")
 
@@ -88,6 +88,6 @@ def _per_channel(power: float | list[float]) -> Vec3:
     channels = power if isinstance(power, list) else [power] * 3
     if len(channels) != 3 or not all(0 <= channel <= MAX_POWER for channel in channels):
         raise ValueError(
-            f"Expected `power` as one or three numbers, 0 or more, to {MAX_POWER:g}, got others"
+            f"power: Expected one number or three, in watts, each from 0 to {MAX_POWER:g}"
         )
     return spaces.vec3(channels)

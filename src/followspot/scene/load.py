@@ -33,13 +33,11 @@ from followspot.scene.character import Crowd
 from followspot.scene.figure_file import FigureFiles
 from followspot.scene.ground import Ground
 from followspot.scene.level import Level
-from followspot.scene.prop_file import PropEntry
 from followspot.scene.props import Prop, PropFiles
 from followspot.scene.scene import MissingImage, Scene, spawn_cameras
 from followspot.scene.scene_file import SceneFile
 from followspot.scene.search import BUILTIN, find_scene, search_roots
 from followspot.scene.sky import CubeMap
-from followspot.spaces import METRES_PER_UNIT
 
 BUILTIN_SKY = "env/courtyard"
 
@@ -122,10 +120,7 @@ def _staged_prop(
 ) -> Scene:
     if animation is not None:
         raise AssetError(name, place="animation", expected="none", found=animation)
-    prop_files = PropFiles(archive, files)
-    prop_files.open(entry)  # here its errors tell of the file alone
-    wanted = PropEntry(file=entry, origin=(0.0, 0.0, 0.0))
-    (prop,) = props.props([wanted], prop_files, METRES_PER_UNIT, name)
+    prop = props.alone(entry, PropFiles(archive, files), name)
     return stage.stage_prop(name, archive, prop, files)
 
 

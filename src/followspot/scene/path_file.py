@@ -82,7 +82,8 @@ class PathEntry(Entry, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if self.auto == bool(self.keys):
-            raise ValueError("Expected either `keys` or `auto = true`, got both or neither")
+            found = "both" if self.auto else "neither"
+            raise ValueError(f"Expected either `keys` or `auto = true`, got {found}")
         if len(self.keys) == 1:
             raise ValueError("Expected two `keys` or more, got one")
         times = [key.time for key in self.keys if key.time is not None]

@@ -1,7 +1,7 @@
 """The part of a scene file that puts things into the level that never move.
 
 [[props]]
-file = "urn.glb"              # .glb, .gltf, .obj, .ply or .md3, beside this file or in the archive
+file = "urn.glb"              # or .gltf, .obj, .ply, .md2, .md3: beside this file or the game's
 origin = [120, 40, 30]
 yaw = 45                      # or angles = [pitch, yaw, roll], in degrees, as the game has them
 scale = 1.5                   # after glTF's metres have become units

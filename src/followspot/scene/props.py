@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot.assets import image
-from followspot.assets.archive import Archive, normalise
+from followspot.assets.archive import BESIDE, Archive, normalise
 from followspot.assets.mesh_file import MESH_SUFFIXES, read_mesh
 from followspot.assets.mesh_record import Look, MeshSurface
 from followspot.assets.model_file import MODEL_SUFFIXES, find_model_image
@@ -23,7 +23,7 @@ from followspot.scene.ground import Ground
 from followspot.scene.material import Material
 from followspot.scene.mesh import VERTEX
 from followspot.scene.prop_file import PropEntry, Up
-from followspot.spaces import Mat4
+from followspot.spaces import METRES_PER_UNIT, Mat4
 
 Z_UP_FROM_Y_UP: Mat4 = np.array(
     [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=np.float64
@@ -42,12 +42,14 @@ class PropSurface:
         tints: (v, 4) float32 as in `Mesh.tints`, or none.
         indices: (i,) uint32, clockwise triangles.
         material: What it is made of.
+        name: Which of its file's it is; of a model's, none.
     """
 
     vertices: NDArray[np.void]
     tints: NDArray[np.float32] | None
     indices: NDArray[np.uint32]
     material: Material
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +57,7 @@ class Prop:
     """A thing that never moves.
 
     Attributes:
-        name: Its file.
+        name: Its file, in the archive or from the scene file's folder.
         surfaces: In its file's own axes and unit, or where it was put in the world.
     """
 
@@ -101,7 +103,7 @@ class PropFiles:
 
     def _read(self, name: str, entry: str) -> Prop:
         if entry.endswith(MODEL_SUFFIXES):
-            return _first_frame(entry, self._figures.open(entry))
+            return _first_frame(entry.removeprefix(BESIDE), self._figures.open(entry))
         suffix = next((s for s in MESH_SUFFIXES if entry.endswith(s)), None)
         if suffix is None:
             expected = f"a file {', '.join((*MESH_SUFFIXES, *MODEL_SUFFIXES))}"
@@ -109,7 +111,8 @@ class PropFiles:
         data, source = self._archive.read(entry), self._archive.source(entry)
         file = read_mesh(data, source, suffix, partial(self._beside, entry))
         self._figures.problems += file.problems
-        return Prop(entry, tuple(self._surface(entry, surface) for surface in file.surfaces))
+        surfaces = (self._surface(entry, surface) for surface in file.surfaces)
+        return Prop(entry.removeprefix(BESIDE), tuple(surfaces))
 
     def _beside(self, entry: str, name: str) -> bytes | None:
         """A file by its name in a mesh file's folder."""
@@ -125,12 +128,12 @@ class PropFiles:
             white = np.ones((len(vertices), 4), np.float32)
             tints = np.array(look.color, np.float32) * (white if tints is None else tints)
         material = self._material(entry, look, is_tinted=tints is not None)
-        return PropSurface(vertices, tints, surface.indices, material)
+        return PropSurface(vertices, tints, surface.indices, material, surface.name)
 
     def _material(self, entry: str, look: Look, *, is_tinted: bool) -> Material:
         cutoff = look.cutoff or 0.0  # nothing is below 0
         return Material(
-            entry,
+            entry.removeprefix(BESIDE),
             self._image(entry, look.image),
             sides=Sides.BOTH if look.is_two_sided else Sides.FRONT,
             alpha_test=AlphaTest.GE128 if cutoff else None,
@@ -215,6 +218,23 @@ def props(
             raise AssetError(source, place=place, expected=expected, found=f"{farthest:g}")
         found.append(placed)
     return tuple(found)
+
+
+def alone(entry: str, files: PropFiles, source: str) -> Prop:
+    """A prop in Quake's axes and units, where its file puts it.
+
+    Args:
+        entry: Its name in the archive.
+        files: Where it comes from.
+        source: What it was asked for as, for errors.
+
+    Raises:
+        AssetError: as `props`; what is wrong with the file is told of the file alone.
+    """
+    files.open(entry)
+    wanted = PropEntry(file=entry, origin=(0.0, 0.0, 0.0))
+    (prop,) = props([wanted], files, METRES_PER_UNIT, source)
+    return prop
 
 
 def _matrix(entry: PropEntry, metres_per_unit: float) -> Mat4:

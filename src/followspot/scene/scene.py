@@ -14,7 +14,7 @@ from followspot.assets.entities import entity_angles, entity_vector, target_of
 from followspot.assets.shader_values import Sun
 from followspot.errors import AssetError, UsageError
 from followspot.game import EYE_HEIGHT
-from followspot.scene.camera import Camera
+from followspot.scene.camera import STEEPEST, Camera
 from followspot.scene.character import Crowd
 from followspot.scene.level import Level, Visibility
 from followspot.scene.light import Light
@@ -165,7 +165,7 @@ def spawn_cameras(bsp: BspFile) -> dict[str, Camera]:
             continue
         name = f"spawn{len(cameras)}"
         eye = origin + np.array([0, 0, EYE_HEIGHT])
-        cameras[name] = Camera(spaces.vec3(eye), *entity_angles(entity), name=name)
+        cameras[name] = Camera(spaces.vec3(eye), *_view_angles(entity), name=name)
     cameras |= _intermission(bsp)
     if not cameras:
         middle = (bsp.models["mins"][0].astype(np.float64) + bsp.models["maxs"][0]) / 2
@@ -179,9 +179,15 @@ def _intermission(bsp: BspFile) -> dict[str, Camera]:
         origin = entity_vector(entity, "origin")
         if entity.get("classname", "").lower() != "info_player_intermission" or origin is None:
             continue
-        yaw, pitch = entity_angles(entity)
+        yaw, pitch = _view_angles(entity)
         target = entity_vector(target_of(bsp, entity), "origin")
         if target is not None and not np.array_equal(target, origin):
             yaw, pitch = spaces.angles_from_forward(spaces.vec3(target - origin))
         return {"intermission": Camera(spaces.vec3(origin), yaw, pitch, name="intermission")}
     return {}
+
+
+def _view_angles(entity: dict[str, str]) -> tuple[float, float]:
+    """(yaw, pitch) in degrees of who looks as an entity says; the game lets nobody bend farther."""
+    yaw, pitch = entity_angles(entity)
+    return yaw, min(max((pitch + 180) % 360 - 180, -STEEPEST), STEEPEST)

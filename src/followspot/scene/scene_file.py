@@ -5,7 +5,9 @@ sky = "env/hills"             # images env/hills_rt, _lf, ...; else the level's 
 metres_per_unit = 0.03
 environment_constant = 1.0    # W/(m^2 sr) of a sky texel of value 1
 
-[settings]
+ambient = 0.0                 # W/(m^2 sr) from all around, added to the sky's
+
+[settings]                    # as with --set; exposure and environment_mip may be "auto"
 shadow_map_size = 2048
 
 Lights are told of in `light_file`, cameras and their paths in `path_file`, characters in
@@ -22,13 +24,14 @@ import msgspec
 from msgspec import Meta, Struct
 
 from followspot import spaces
+from followspot.assets import complaints
 from followspot.errors import AssetError
 from followspot.scene.cast_file import Actors, CharacterEntry, Items, ThenEntry
 from followspot.scene.entry import Entry
 from followspot.scene.light_file import PointEntry, SpotEntry
 from followspot.scene.path_file import CameraEntry, KeyEntry, PathEntry
 from followspot.scene.prop_file import PropEntry, Up
-from followspot.scene.settings import CullFace, Settings
+from followspot.scene.settings import CullFace, Settings, is_left_open
 
 Unit = Annotated[float, Meta(ge=1e-6, le=1e6)]
 Radiance = Annotated[float, Meta(ge=0, le=1e6)]
@@ -89,6 +92,8 @@ def parse(text: str, source: str) -> SceneFile:
         raise AssetError(source, expected="TOML", found="tables or lists too deep") from None
     cameras = _named(document, "cameras", CameraEntry, source)
     paths = _named(document, "paths", PathEntry, source)
+    if isinstance(given := document.get("settings"), dict):
+        document["settings"] = {n: v for n, v in given.items() if not is_left_open(n, v)}
     file = _convert(document, SceneFile, source, "")
     return msgspec.structs.replace(file, cameras=cameras, paths=paths)
 
@@ -100,7 +105,7 @@ def _named(document: dict[str, Any], key: str, kind: type[T], source: str) -> di
     """Take the tables of one kind out of a document, so that their errors tell their names."""
     tables = document.pop(key, {})
     if not isinstance(tables, dict):
-        raise AssetError(source, place=key, expected="a table", found=_short(tables))
+        raise AssetError(source, place=key, expected="a table", found=complaints.shown(tables))
     return {name: _convert(table, kind, source, f"{key}.{name}") for name, table in tables.items()}
 
 
@@ -109,18 +114,19 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
-        text, _, path = str(error).partition(" - at ")
-        path = path.strip("`").removeprefix("$").removeprefix(".")
+        text, path = complaints.taken_apart(error)
+        if match := re.match(r"(\w+): (Expected .*)", text):  # of a __post_init__, about a key
+            path, text = f"{path}.{match[1]}".lstrip("."), match[2]
         place = ".".join(part for part in (key, path) if part)
-        found = _value_at(value, path)
+        found = complaints.shown_at(value, path)
         if match := re.match(r"Object contains unknown field `(.*)`", text):
             known = ", ".join(_known_keys(value, kind, path))
             raise AssetError(
                 source, place=place, expected=f"known keys only ({known})", found=match[1]
             ) from None
-        if match := re.match(r"Object missing required field `(.*)`", text):
+        if (missing := complaints.missing_key(text)) is not None:
             raise AssetError(
-                source, place=place, expected=f"the key {match[1]}", found="none"
+                source, place=place, expected=f"the key {missing}", found="none"
             ) from None
         if text.startswith("Invalid enum value"):
             kinds = {"actors": Actors, "items": Items, "up": Up}
@@ -131,12 +137,12 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
         elif not text.startswith("Expected "):
             text = f"Expected a valid value ({text})"
         expected, got, reason = text.removeprefix("Expected ").partition(", got ")
-        is_ours = got and not reason.startswith("`")  # from a __post_init__
+        is_type = not got or reason.startswith("`")
         raise AssetError(
             source,
             place=place,
-            expected=expected if is_ours else expected.replace("`", ""),
-            found=reason if is_ours else f"{reason} {found}".replace("`", "").strip(),
+            expected=complaints.in_words(expected),
+            found=found if is_type else reason,
         ) from None
 
 
@@ -152,27 +158,8 @@ def _known_keys(document: object, kind: type[Any], path: str) -> list[str]:
     name = re.sub(r"\[\d+\]$", "", path).rpartition(".")[2]
     if name != "lights":
         return list(tables.get(name, kind).__struct_fields__)
-    is_spot = _at(document, f"{path}.type") == "spot"
+    is_spot = complaints.at(document, f"{path}.type") == "spot"
     return ["type", *(SpotEntry if is_spot else PointEntry).__struct_fields__]
-
-
-def _value_at(value: Any, path: str) -> str:
-    """The value that a path like ``lights[0].power`` leads to, for a message."""
-    try:
-        return _short(_at(value, path))
-    except (KeyError, IndexError, TypeError):
-        return "nothing"
-
-
-def _at(value: Any, path: str) -> Any:
-    for name, index in re.findall(r"([^.\[\]]+)|\[(\d+)\]", path):
-        value = value[int(index)] if index else value[name]
-    return value
-
-
-def _short(value: object) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _require_finite(value: object, source: str, key: str) -> None:

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
+from followspot.assets import complaints
 from followspot.errors import UsageError
 
 
@@ -96,10 +97,11 @@ def _converted(name: str, value: Any, *, strict: bool = True) -> Any:
         if isinstance(converted, float) and not math.isfinite(converted):
             raise msgspec.ValidationError("Expected a finite number")
     except msgspec.ValidationError as error:
-        reason = str(error)
+        expected = str(error).removeprefix("Expected ").partition(", got ")[0]
         if _KINDS[name] is CullFace:
-            reason = "Expected " + ", ".join(side.value for side in CullFace)
-        raise UsageError(f"setting {name}: {reason}, found {value!r}") from None
+            expected = ", ".join(side.value for side in CullFace)
+        expected, found = complaints.in_words(expected), complaints.shown(value)
+        raise UsageError(f"setting {name}: expected {expected}, found {found}") from None
     return converted
 
 
@@ -113,7 +115,12 @@ def with_changes(settings: Settings, changes: dict[str, str]) -> Settings:
     for name, text in changes.items():
         if name not in _KINDS:
             raise UsageError(f"no setting is named {name!r}; there are {', '.join(_KINDS)}")
-        may_be_none = type(None) in get_args(_KINDS[name])
-        value = None if may_be_none and text.lower() in ("none", "auto") else text
+        value = None if is_left_open(name, text) else text
         values[name] = _converted(name, value, strict=False)
     return msgspec.structs.replace(settings, **values)
+
+
+def is_left_open(name: str, value: object) -> bool:
+    """Whether a text says that a setting is to be none: ``auto``, or ``none``."""
+    may_be_none = type(None) in get_args(_KINDS.get(name))
+    return may_be_none and isinstance(value, str) and value.lower() in ("none", "auto")

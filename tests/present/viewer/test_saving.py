@@ -127,6 +127,21 @@ def test_a_new_setting_is_a_new_line(opened: State) -> None:
     assert changed_lines(culled) == ['+shadow_cull = "none"']
 
 
+def test_a_setting_that_the_file_leaves_open_stays_so_until_it_is_changed(opened: State) -> None:
+    path = file_of(opened)
+    text = COURTYARD.replace("[settings]", '[settings]\nexposure = "auto"  # to suit')
+    path.write_text(text, encoding="utf-8")
+    assert saved(opened).notice == f"{path} is saved."
+    assert path.read_text(encoding="utf-8") == text
+    assert changed_lines(opened.with_settings(exposure=1.25)) == [
+        '-exposure = "auto"  # to suit',
+        "+exposure = 1.25  # to suit",
+    ]
+    assert scene_file.read(path).settings == opened.with_settings(exposure=1.25).settings
+    assert changed_lines(opened.with_settings(exposure=None)) == ["-exposure = 1.25  # to suit"]
+    assert scene_file.read(path).settings == opened.settings
+
+
 def test_the_switches_of_the_stages_are_settings(opened: State) -> None:
     look = replace(opened.look, shadows=False, textures=False)
     lines = changed_lines(replace(opened, look=look))
