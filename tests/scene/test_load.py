@@ -21,9 +21,10 @@ from followspot.levelbuilder import (
     room,
     write_pk3,
 )
-from followspot.scene.load import BUILTIN_SKY, load
+from followspot.scene.load import load
 from followspot.scene.scene import Scene
 from followspot.scene.search import BUILTIN, builtin_scenes
+from followspot.scene.sky_files import BUILTIN_SKY
 from synthetic import box, floor, make_scene
 
 

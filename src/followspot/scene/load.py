@@ -9,12 +9,9 @@ import msgspec
 
 from followspot.assets import image
 from followspot.assets.archive import Archive
-from followspot.assets.bsp import BspFile
 from followspot.assets.bsp_reader import read_bsp
-from followspot.assets.image import Image
 from followspot.assets.mesh_file import MESH_SUFFIXES
 from followspot.assets.script_files import load_scripts
-from followspot.assets.surface_flags import Surface
 from followspot.errors import AssetError, asked_by
 from followspot.scene import (
     cast,
@@ -24,7 +21,7 @@ from followspot.scene import (
     level,
     prop_mesh,
     props,
-    sky,
+    sky_files,
     stage,
 )
 from followspot.scene.camera import Camera
@@ -36,10 +33,7 @@ from followspot.scene.level import Level
 from followspot.scene.props import Prop, PropFiles
 from followspot.scene.scene import MissingImage, Scene, spawn_cameras
 from followspot.scene.scene_file import SceneFile
-from followspot.scene.search import BUILTIN, find_scene, search_roots
-from followspot.scene.sky import CubeMap
-
-BUILTIN_SKY = "env/courtyard"
+from followspot.scene.search import find_scene, search_roots
 
 Step = Callable[[str], None]
 
@@ -143,11 +137,12 @@ def _assemble(
 
     built = level.build(bsp, scripts.find, find_image, tolerance)
     on_step("build geometry")
-    skies = [s for n in _sky_shaders(bsp) if (s := scripts.find(n)) is not None]
-    far_boxes = [s.sky_box.far for s in skies if s.sky_box and s.sky_box.far]
-    with asked_by(name, "sky"):
-        bases = far_boxes if file.sky is None else [file.sky]
-        cube, trouble = _find_sky(archive, bases, file.sky is not None)
+    skies = [s for n in sky_files.shaders(bsp) if (s := scripts.find(n)) is not None]
+    if file.sky is None:
+        cube, trouble = sky_files.of_scripts(archive, skies)
+    else:
+        with asked_by(name, "sky"):
+            cube, trouble = sky_files.read(archive, file.sky), []
     on_step("read sky")
     own = {camera: entry.camera(camera) for camera, entry in file.cameras.items()}
     spawns = spawn_cameras(bsp)
@@ -220,50 +215,3 @@ def with_chosen_light(scene: Scene, cameras: Sequence[Camera]) -> Scene:
     sky_mean = scene.sky.towards_axes().mean(axis=0) * scene.environment_constant
     ambient = key_light.ambient(sky_mean)
     return replace(scene, lights=(light,), lights_chosen=True, ambient=ambient)
-
-
-def _sky_shaders(bsp: BspFile) -> list[str]:
-    """Names of the shaders of the level's sky faces, the most used first."""
-    flags = bsp.shaders["surface_flags"][bsp.faces["shader"]]
-    used = bsp.faces["shader"][(flags & Surface.SKY) != 0].tolist()
-    return [bsp.shader_names[n] for n in sorted(set(used), key=lambda n: (-used.count(n), n))]
-
-
-def _find_sky(
-    archive: Archive, bases: list[str], required: bool
-) -> tuple[CubeMap, list[AssetError]]:
-    """The first sky whose six images are all there; else the one that comes with the package.
-
-    Raises:
-        AssetError: it is `required` and not there.
-    """
-    problems: list[AssetError] = []
-    for base in bases:
-        try:
-            return read_sky(archive, base), problems
-        except AssetError as error:
-            if required:
-                raise
-            problems.append(error)
-    with Archive.open([BUILTIN / "courtyard.pk3"]) as builtin:
-        return read_sky(builtin, BUILTIN_SKY), problems
-
-
-def read_sky(archive: Archive, base: str) -> CubeMap:
-    """The sky of six images ``base_rt`` to ``base_dn``.
-
-    Raises:
-        AssetError: one of them is missing or unusable.
-    """
-    paths: list[str] = []
-    for suffix in sky.SUFFIXES:
-        found, tried = image.find_image(archive, base + suffix)
-        if found is None:
-            raise AssetError(base + suffix, expected="a sky image", found=f"none of {tried}")
-        paths.append(found)
-    sides: list[Image] = []
-    for _, side in image.decode_all(archive, paths):
-        if isinstance(side, AssetError):
-            raise side
-        sides.append(side)
-    return sky.from_quake_images(base, sides)

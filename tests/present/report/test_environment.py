@@ -22,10 +22,10 @@ from followspot.present.report import environment_answer
 from followspot.present.report import environment_study as study
 from followspot.present.report.environment_study import HARMONICS, LITERAL, SIX, TRUE_SIX
 from followspot.present.report.material import Material
-from followspot.scene.load import BUILTIN_SKY, read_sky
 from followspot.scene.scene import Scene
 from followspot.scene.search import BUILTIN
 from followspot.scene.sky import CubeMap
+from followspot.scene.sky_files import BUILTIN_SKY, read
 from synthetic import BLACK_SKY, DIM, WHITE_SKY, camera, cube_map, make_scene, sphere
 
 Draw = Callable[..., Floats]
@@ -172,7 +172,7 @@ def test_shares_of_the_mean_weigh_errors_by_the_light_there_is() -> None:
 
 def test_every_sky_is_found_once_and_no_black_one() -> None:
     with Archive.open([BUILTIN / "courtyard.pk3"]) as archive:
-        own = read_sky(archive, BUILTIN_SKY)
+        own = read(archive, BUILTIN_SKY)
         assert study.known_skies(own, archive) == [own]
         assert [sky.name for sky in study.known_skies(BLACK_SKY, archive)] == [BUILTIN_SKY]
 

@@ -22,7 +22,7 @@ from followspot.present.sky_irradiance import (
     texel_directions,
     texel_solid_angles,
 )
-from followspot.scene.load import read_sky
+from followspot.scene import sky_files
 from followspot.scene.sky import SUFFIXES, CubeMap
 from followspot.spaces import directions_around
 
@@ -40,7 +40,7 @@ def known_skies(first: CubeMap, archive: Archive) -> list[CubeMap]:
     found = {_fingerprint(first): first}
     for base in sorted(bases - {""}):
         try:
-            sky = read_sky(archive, base)
+            sky = sky_files.read(archive, base)
         except AssetError:
             continue  # its other sides are missing: something else that has a right side
         found.setdefault(_fingerprint(sky), sky)
