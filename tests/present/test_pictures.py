@@ -12,7 +12,6 @@ from followspot.gpu.targets import Target
 from followspot.passes.view import View
 from followspot.present import pictures, tell
 from followspot.present.figures import contact_sheet
-from followspot.present.inspect import inspect
 from followspot.present.renderer import Renderer
 from followspot.scene.load import load
 
@@ -52,12 +51,6 @@ def test_one_view_alone_and_closing_twice() -> None:
         assert drawn.keys() == {View.NORMALS} and drawn["normals"].shape == (12, 16, 3)
         renderer.close()
         renderer.close()
-
-
-def test_a_mesh_alone_has_no_brush_models(tmp_path: Path) -> None:
-    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
-    (tmp_path / "x.obj").write_text(corners)
-    assert inspect(str(tmp_path / "x.obj"), ())["counts"]["brush models"] == 0
 
 
 def test_names_in_brackets_are_told_as_they_are(
