@@ -93,6 +93,27 @@ def test_a_wrong_change_is_told_and_moves_what_the_engine_would(
 
 
 @pytest.mark.parametrize(
+    ("line", "color"),
+    [
+        ("rgbGen const ( 1 0 .5 )", (1, 0, 0.5)),
+        ("rgbgen Const (1 2 -1)", (1, 1, 0)),
+        ("rgbGen identity", None),
+        ("rgbGen wave sin 0 1 0 1", None),
+    ],
+)
+def test_constant_colours(line: str, color: tuple[float, ...] | None) -> None:
+    stage, problems = read(line)
+    assert (stage.color, problems) == (color, ())
+
+
+@pytest.mark.parametrize("line", ["rgbGen const", "rgbGen const ( 1 0 )", "rgbGen const ( a b c )"])
+def test_wrong_colours_are_told(line: str) -> None:
+    stage, (problem,) = read(line)
+    assert stage.color is None
+    assert problem.expected == "red, green and blue in parentheses after rgbgen"
+
+
+@pytest.mark.parametrize(
     "line",
     ["rgbgen wave", "rgbgen wave zigzag 0 1 0 1", "alphagen wave sin 0 1", "animmap fast a b"],
 )

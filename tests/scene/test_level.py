@@ -102,6 +102,21 @@ def test_a_layer_lies_where_vertices_alpha_says() -> None:
     np.testing.assert_allclose(tints[8:, 3], 50 / 255, rtol=1e-6)
 
 
+def test_a_scripts_colour_is_on_its_faces_alone() -> None:
+    """As linear light, whatever the vertices' own alpha is."""
+    bsp = squares([(0, 0, 0), (100, 0, 5), (0, 100, 10)], [0, 1, 0], [0, 0])
+    text = "s\n{\n{\nmap a\nrgbGen const ( 1 0.5 0 )\n}\n}"
+    (entry,), _ = find_entries(text, "s")
+    scripts = {bsp.shader_names[1]: entry.read()}
+    built = level.build(bsp, scripts.get, lambda name: name, 1.0)
+    assert [m.is_tinted for m in built.materials] == [m.color is not None for m in built.materials]
+    tints = built.mesh.tints
+    assert tints is not None
+    coloured = tints[4:8]  # of the second square
+    np.testing.assert_allclose(coloured, [(1, 0.5**2.2, 0, 1)] * 4, rtol=1e-6)
+    assert (np.delete(tints, range(4, 8), axis=0)[:, :3] == 1).all()
+
+
 @pytest.mark.parametrize("flag", [Surface.SKY, Surface.NODRAW, Surface.HINT, Surface.SKIP])
 def test_sky_and_tool_surfaces_are_no_geometry(flag: int) -> None:
     built = build(squares([(0, 0, 0), (9, 9, 9)], [0, 1], [flag, 0]))

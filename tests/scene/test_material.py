@@ -124,6 +124,14 @@ def test_images_that_are_not_there_are_left_out_of_an_animation() -> None:
         assert found(still, "a", "b") == Material("s", "a")
 
 
+def test_a_constant_colour_is_the_base_images() -> None:
+    """In linear light; what a layer lies over keeps its own colours."""
+    assert made("map wall; rgbGen const ( 1 0.5 0 )").color == (1, 0.5**2.2, 0)
+    assert made("map wall; rgbGen const ( 1 1 1 )") == WALL
+    layered = made("map wall; rgbGen const ( 1 0 0 )", "map b; blendFunc blend")
+    assert (layered.layer, layered.color) == ("b", None)
+
+
 def test_what_is_blended_pulses_unless_its_images_follow_each_other() -> None:
     wave = "rgbGen wave sin .5 .5 0 2; alphaGen wave square 0 1 .5 1"
     color, alpha = Wave(Shape.SIN, 0.5, 0.5, 0, 2), Wave(Shape.SQUARE, 0, 1, 0.5, 1)

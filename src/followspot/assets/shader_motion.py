@@ -184,6 +184,25 @@ def read_color_wave(rgb_gen: Directive, wrong: list[str]) -> Wave | None:
     return _wave_after(rgb_gen, wrong)
 
 
+def read_color(rgb_gen: Directive, wrong: list[str]) -> tuple[float, float, float] | None:
+    """``rgbGen const ( <red> <green> <blue> )``, from 0 to 1 as displayed; none for others."""
+    words = [word for word in rgb_gen.args if word not in ("(", ")")]
+    if not words or words[0].lower() != "const":
+        return None
+    given = [number(word.strip("()")) for word in words[1:4]]
+    if len(given) < 3 or None in given:
+        wrong.append("red, green and blue in parentheses")
+        return None
+    red, green, blue = (min(max(value or 0.0, 0.0), 1.0) for value in given)
+    return red, green, blue
+
+
+def read_rgb_gen(rgb_gen: Directive, wrong: list[str]) -> None:
+    """All that an ``rgbGen`` may be."""
+    read_color_wave(rgb_gen, wrong)
+    read_color(rgb_gen, wrong)
+
+
 def read_alpha_wave(alpha_gen: Directive, wrong: list[str]) -> Wave | None:
     """``alphaGen wave <wave>``, likewise."""
     return _wave_after(alpha_gen, wrong)
@@ -217,7 +236,7 @@ def read_numbers(args: Sequence[str], count: int, wrong: list[str]) -> list[floa
 MOTION_READERS: dict[str, Reader] = {
     "tcmod": read_tc_mod,
     "animmap": check_anim_map,
-    "rgbgen": read_color_wave,
+    "rgbgen": read_rgb_gen,
     "alphagen": read_alpha_wave,
 }
 """Readers of those directives inside stages whose arguments are checked."""

@@ -16,6 +16,7 @@ from followspot.assets.shader_motion import (
     TcMod,
     Wave,
     read_alpha_wave,
+    read_color,
     read_color_wave,
     read_frame_rate,
     read_tc_mod,
@@ -131,6 +132,12 @@ class Stage:
         """What colours are multiplied by, if that changes with time."""
         rgb_gen = self.get("rgbgen")
         return read_color_wave(rgb_gen, []) if rgb_gen else None
+
+    @property
+    def color(self) -> tuple[float, float, float] | None:
+        """What colours are multiplied by as displayed, if that is always the same."""
+        rgb_gen = self.get("rgbgen")
+        return read_color(rgb_gen, []) if rgb_gen else None
 
     @property
     def alpha_wave(self) -> Wave | None:

@@ -1,7 +1,7 @@
 """From the records of a BSP file to one mesh, its materials and what can see what."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,13 +123,26 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     offsets = _model_offsets(bsp)
     baked = BakedLight(bsp)
     parts = [_polygons(baked, wanted, offsets), _patches(baked, wanted, offsets, tolerance)]
-    materials = tuple(found[number] for number in order)
-    fades = any(each.fades for each in materials)
-    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]], tinted=fades)
+    # In a level, where vertices can have it, a script's colour is theirs.
+    materials = tuple(
+        replace(found[number], is_tinted=found[number].color is not None) for number in order
+    )
+    has_tints = any(each.fades or each.is_tinted for each in materials)
+    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]], tinted=has_tints)
+    _color(mesh, materials)
     mesh = deform.deformed(mesh, [each.deforms for each in materials])
 
     visibility = Visibility(bsp, level_face, _seen_from_everywhere(bsp))
     return Level(bsp, mesh, materials, visibility, baked)
+
+
+def _color(mesh: Mesh, materials: Sequence[Material]) -> None:
+    """Give the vertices of coloured materials their tints, which are opaque, in place."""
+    for number, each in enumerate(materials):
+        if each.color is not None and mesh.tints is not None:
+            faces = mesh.faces[mesh.faces["material"] == number]
+            runs = run_members(faces["first_index"], faces["index_count"])
+            mesh.tints[mesh.indices[runs]] = *each.color, 1.0
 
 
 def _seen_from_everywhere(bsp: BspFile) -> Mask:

@@ -14,9 +14,10 @@ from followspot.assets.shader_script import ShaderScript, Stage
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.assets.surface_flags import Surface
 from followspot.scene.deform import RIGID, Deforms
-from followspot.scene.motion import STILL, Motion
+from followspot.scene.motion import DISPLAY_GAMMA, STILL, Motion
 
 Blend = tuple[BlendFactor, BlendFactor]
+Color = tuple[float, float, float]
 
 _HIDDEN = Surface.SKY | Surface.NODRAW | Surface.HINT | Surface.SKIP
 
@@ -72,6 +73,8 @@ class Material:
         motion: What the base image does as time goes by.
         layer_motion: What the layer's does.
         deforms: What vertices do.
+        color: What a level's texels are multiplied by, linear, if its script says so; they are
+            tinted then.
     """
 
     name: str
@@ -90,6 +93,7 @@ class Material:
     motion: Motion = STILL
     layer_motion: Motion = STILL
     deforms: Deforms = RIGID
+    color: Color | None = None
 
     @property
     def state(self) -> tuple[object, ...]:
@@ -181,7 +185,16 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
         motion=motion,
         layer_motion=layer_motion,
         deforms=Deforms.of(script.deforms),
+        color=None if layer else _linear(stage.color),
     )
+
+
+def _linear(color: Color | None) -> Color | None:
+    """A factor of what is displayed as one of linear light; none where it changes nothing."""
+    if color is None or color == (1.0, 1.0, 1.0):
+        return None
+    red, green, blue = (channel**DISPLAY_GAMMA for channel in color)
+    return red, green, blue
 
 
 def _shown(
