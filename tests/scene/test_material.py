@@ -189,9 +189,20 @@ def test_what_a_script_says_of_the_whole_surface() -> None:
         ((), "", False),
         *((("map wall",), f"surfaceparm {word}", False) for word in ("sky", "nodraw", "hint")),
         (("map wall",), "surfaceparm skip", False),
+        (("map shine; blendFunc add; tcGen environment",), "", False),
+        (
+            ("map $lightmap; blendFunc filter", "map shine; blendFunc add; tcGen environment"),
+            "",
+            False,
+        ),
+        (("map shine; tcGen environment",), "", True),
+        (("map wall; blendFunc add", "map shine; blendFunc add; tcGen environment"), "", True),
+        (("map $lightmap; blendFunc filter",), "", True),
     ],
 )
-def test_tools_and_sky_are_not_drawn(stages: tuple[str, ...], general: str, drawn: bool) -> None:
+def test_tools_sky_and_mere_reflections_are_not_drawn(
+    stages: tuple[str, ...], general: str, drawn: bool
+) -> None:
     level = replace(open_bsp(), shaders=np.zeros(1, LUMPS["shaders"]))
     assert is_drawn(level, 0, script(*stages, general=general)) is drawn
     assert is_drawn(level, 0, None)

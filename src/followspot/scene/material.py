@@ -146,12 +146,17 @@ FindImage = Callable[[str], str | None]
 
 
 def is_drawn(bsp: BspFile, shader: int, script: ShaderScript | None) -> bool:
-    """Whether faces of a level's shader are geometry: not sky, not tool surfaces."""
+    """Whether faces of a level's shader are seen: no sky, no tool surfaces, no mere reflections."""
     if int(bsp.shaders["surface_flags"][shader]) & _HIDDEN:
         return False
     if script is None:
         return True
-    return bool(script.stages) and not script.surfaceparms & {"sky", "nodraw", "hint", "skip"}
+    if not script.stages or script.surfaceparms & {"sky", "nodraw", "hint", "skip"}:
+        return False
+    # Glass of which nothing is left: reflections are not drawn.
+    shown = [stage for stage in script.stages if _has_image(stage)]
+    is_glass = script.stages[0].blend is not None and bool(shown)
+    return not (is_glass and all(map(_reflects, shown)))
 
 
 def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -> Material:
