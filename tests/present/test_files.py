@@ -4,6 +4,7 @@ import os
 import resource
 import signal
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -83,20 +84,22 @@ def test_what_must_not_be_replaced(tmp_path: Path, kind: str) -> None:
     assert sorted((each.name, each.lstat().st_ino) for each in tmp_path.iterdir()) == before
 
 
-@pytest.fixture
+@contextmanager
 def no_room() -> Iterator[None]:
-    """Files of at most 4096 bytes."""
+    """Files of at most 4096 bytes; for a moment alone: it holds for the tests' own log, too."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize("ending", [".png", ".exr", ".npy"])
-@pytest.mark.usefixtures("no_room")
 def test_why_a_file_is_cut_off_is_told(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"x{ending}"
-    with pytest.raises(UnwritableError, match=rf"x\{ending}: cannot be written: .*File too large"):
+    told = rf"x\{ending}: cannot be written: .*File too large"
+    with pytest.raises(UnwritableError, match=told), no_room():
         saved(path)
     assert list(tmp_path.iterdir()) == []
 
