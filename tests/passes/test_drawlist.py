@@ -165,7 +165,7 @@ def casters(
     eye: Vec3,
     size: int,
 ) -> DrawList:
-    seen = drawlist.projected(mesh, clip_from_world, eye)
+    seen = drawlist.projected(mesh, chosen, clip_from_world, eye)
     return drawlist.casters(mesh, seen, chosen, key, keep_side, size)
 
 

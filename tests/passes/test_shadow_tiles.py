@@ -8,7 +8,7 @@ from followspot.passes import shadow_extent
 from followspot.passes.shadow_fit import Receivers
 from followspot.passes.shadow_tiles import ShadowTiles, Tile, map_size, tile_size
 from followspot.scene.settings import CullFace, Settings
-from synthetic import box, floor, make_scene, spot
+from synthetic import box, floor, make_scene, point, spot
 
 SETTINGS = Settings()
 HIGH = spot((0, 0, 500), (0, 0, 0), 40)
@@ -144,3 +144,29 @@ def test_the_largest_map_for_tiles_of_a_size(fit: bool) -> None:
             for size in (largest, largest + 1)
         ]
         assert sizes[0] <= tile < sizes[1]
+
+
+def test_every_triangle_that_a_tile_shows_casts_into_it() -> None:
+    """Of boxes all around lights, against clip coordinates; those seen edge-on may be left out."""
+    rng = np.random.default_rng(5)
+    boxes = [piece for at in rng.uniform(-400, 400, (60, 3)) for piece in box(at - 20, at + 20)]
+    around = point((10, 20, 30))
+    scene = make_scene(boxes, HIGH, LOW, around)
+    tiles = ShadowTiles(scene)
+    both = msgspec.structs.replace(SETTINGS, shadow_cull=CullFace.NONE)
+    triangles = scene.mesh.indices.reshape(-1, 3)
+    corners = np.insert(scene.mesh.vertices["position"][triangles], 3, 1, axis=2)
+    shown = np.zeros(len(triangles), bool)
+    for seen in (receivers(15, 250), receivers(40), None):
+        tiles.fit((HIGH, LOW, *around.sides), both, seen)
+        for tile in tiles.tiles:
+            x, y, z, w = np.moveaxis(corners @ tile.frustum.clip_from_world.T, 2, 0)
+            inside = ((np.abs([x, y]) < w) & (z < w)).all(axis=(0, 2))
+            outside = np.any([(at > w).all(axis=1) for at in (x, -x, y, -y)], axis=0)
+            texels = np.ptp([x / w, y / w], axis=2) * tile_size(SETTINGS) / 2
+            must = inside & (texels > 1.2).all(axis=0)
+            cast = set(map(tuple, tile.casters.indices.reshape(-1, 3).tolist()))
+            casts = np.array([each in cast for each in map(tuple, triangles.tolist())])
+            assert casts[must].all() and not casts[outside].any()
+            shown |= must
+    assert shown.mean() > 0.95, "from a light in the middle nearly all are seen"

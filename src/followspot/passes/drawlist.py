@@ -81,7 +81,7 @@ def height_above(faces: NDArray[np.void], point: Vec3) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """All triangles of a mesh as a light sees them: worth keeping as long as the light.
+    """Triangles of a mesh as a light sees them: worth keeping as long as the light.
 
     Attributes:
         indices: (t, 3) of vertices, in the order of the mesh's faces.
@@ -104,40 +104,43 @@ class Projected:
     corners: Floats
 
 
-def projected(mesh: Mesh, clip_from_world: Mat4, eye: Vec3) -> Projected:
-    """Project all of a mesh.
+def projected(mesh: Mesh, chosen: Mask, clip_from_world: Mat4, eye: Vec3) -> Projected:
+    """Project the triangles of chosen faces.
 
     Args:
         mesh: Its faces are sorted by material.
+        chosen: (faces,) which to project.
         clip_from_world: The light's.
         eye: (3,) its world position in units.
     """
-    faces = mesh.faces
+    numbers = np.flatnonzero(chosen)
+    faces = mesh.faces[numbers]
     runs = run_members(faces["first_index"], faces["index_count"])
     indices = mesh.indices[runs].reshape(-1, 3)
-    positions = np.ascontiguousarray(mesh.vertices["position"].T, np.float64)
     # Coordinates first, then corners: NumPy is slow where the last axis is a short one.
+    positions = np.ascontiguousarray(mesh.vertices["position"].T, np.float64)
     corner = np.ascontiguousarray(indices.T, np.intp)
     a, b, c = (positions - eye[:, np.newaxis]).take(corner, axis=1).swapaxes(0, 1)
     # Six times the volume of triangle and eye: positive where the (clockwise) front faces it.
     facing = sum(
         a[i] * (b[j] * c[k] - b[k] * c[j]) for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
     )
-    clip = clip_from_world[[0, 1, 3], :3] @ positions + clip_from_world[[0, 1, 3], 3:]
+    rows = clip_from_world[[0, 1, 3]]
+    clip = rows[:, :3] @ positions + rows[:, 3:]
     w = clip[2]
     x, y = clip[:2] / np.where(w > 0, w, np.inf)
     x, y, w = (each.take(corner) for each in (x, y, w))
     low, high = np.stack([x.min(axis=0), y.min(axis=0)]), np.stack([x.max(axis=0), y.max(axis=0)])
     behind, before = w.min(axis=0) <= 0, w.max(axis=0) > 0
-    numbers = np.flatnonzero(behind & before)
+    partly = np.flatnonzero(behind & before)
     return Projected(
         indices,
-        np.repeat(np.arange(len(faces)), faces["index_count"] // 3),
+        np.repeat(numbers, faces["index_count"] // 3),
         np.where(behind, -np.inf, low).astype(np.float32),
         np.where(behind, np.inf, high).astype(np.float32),
         np.where(before, np.sign(facing), np.nan).astype(np.float32),
-        numbers,
-        clip.take(corner[:, numbers], axis=1),
+        partly,
+        clip.take(corner[:, partly], axis=1),
     )
 
 

@@ -251,6 +251,15 @@ def _cone(light: SpotLight) -> Window:
     return -cone, cone, -cone, cone
 
 
+def widest(light: SpotLight, size: int) -> Window:
+    """What holds every window of a light's tiles of some size.
+
+    None is wider than the one for the whole cone, and all have a part of the cone in them.
+    """
+    rim = 3 * math.tan(light.half_angle) * side_reach(size)
+    return -rim, rim, -rim, rim
+
+
 def _lit_part(light: SpotLight, seen: Outlines) -> Part | None:
     """Lowest and highest tangents of what is seen within the cone, if anything is."""
     cone = math.tan(light.half_angle)

@@ -170,19 +170,18 @@ class ShadowTiles:
         wanted = ((size, settings.shadow_cull), receivers)
         if lights == self.lights and wanted == self._fitted:
             return False
+        spots = spot_count(lights)
         alike = self._fitted[0] == wanted[0]
         before = {(self.lights[t.light], t.is_near): t for t in self.tiles} if alike else {}
         self._outlines = {
             light: self._outlines.get(light) or shadow_fit.outlines(light, self._everything)
-            for light in lights
+            for light in lights[:spots]
         }
+        projected = self._projected if alike else {}
         self._projected = {
-            light: self._projected.get(light)
-            or drawlist.projected(self._mesh, _tangents_from_world(light), light.position)
-            for light in lights
+            light: projected.get(light) or self._project(light, size) for light in lights[:spots]
         }
         tiles: list[Tile] = []
-        spots = spot_count(lights)
         for number, light in enumerate(lights):
             place = self._place(number, spots)
             if isinstance(light, CubeSide):
@@ -230,18 +229,33 @@ class ShadowTiles:
             return kept
         return replace(wanted, frustum=kept.frustum, casters=kept.casters)
 
+    def _project(self, spot: SpotLight, size: int) -> Projected:
+        """All that may cast within any window of a light's tiles."""
+        faces = self._mesh.faces
+        reached = self._outlines[spot].within(shadow_fit.widest(spot, size))[: len(faces)]
+        chosen = reached & self._casts[faces["material"]]
+        return drawlist.projected(self._mesh, chosen, _tangents_from_world(spot), spot.position)
+
     def _find_casters(
         self, light: SpotLight, frustum: ShadowFrustum, settings: Settings
     ) -> DrawList:
         """All that may cast within a frustum, wherever the camera is."""
-        mesh, boxes = self._mesh, self._outlines[light]
-        inside = (boxes.within(frustum.window) & (boxes.near < frustum.far))[: len(mesh.faces)]
-        chosen = inside & self._casts[mesh.faces["material"]]
+        mesh = self._mesh
+        faces = mesh.faces
+        if isinstance(light, CubeSide):  # has one window for good: what it sees is looked at once
+            planes = drawlist.frustum_planes(frustum.clip_from_world)
+            inside = drawlist.boxes_in_frustum(planes, faces["mins"], faces["maxs"])
+            chosen = inside & self._casts[faces["material"]]
+            place = _tangents_from_world(light), light.position
+            seen = drawlist.projected(mesh, chosen, *place)
+        else:
+            boxes, seen = self._outlines[light], self._projected[light]
+            inside = (boxes.within(frustum.window) & (boxes.near < frustum.far))[: len(faces)]
+            chosen = inside & self._casts[faces["material"]]
         side = np.where(self._one_sided, _SIDE[settings.shadow_cull], 0).astype(np.float32)
         low, high = frustum.edges
         window = 2 / (high - low), (low + high) / (low - high)
         size = tile_size(settings)
-        seen = self._projected[light]
         return drawlist.casters(mesh, seen, chosen, self._key, side, size, window)
 
     def atlas_from_world(self, tile: Tile) -> Mat4:
