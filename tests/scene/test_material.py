@@ -39,8 +39,8 @@ def made(*stages: str, general: str = "") -> Material:
         ("map $lightmap", "map wall; blendFunc filter"),
         ("map wall", "map $lightmap; blendFunc filter"),
         ("map wall", "map glow; blendFunc add"),
-        ("map env; tcGen environment", "map wall; blendFunc blend"),
         ("map env; tcGen environment", "map wall; blendFunc add"),
+        ("map env; tcGen environment", "map wall; blendFunc blend; alphaGen wave sin 0 1 0 1"),
         ("map wall; tcMod scroll 0 0", "map env; tcGen environment; blendFunc blend"),
         ("map wall; tcMod scale 1 1", "map glow; blendFunc add; tcMod scroll 0 1"),
     ],
@@ -84,6 +84,25 @@ def test_blended_surfaces(
 )
 def test_an_image_lies_over_another(stages: tuple[str, ...]) -> None:
     assert made(*stages) == replace(WALL, layer="lamps")
+
+
+@pytest.mark.parametrize(
+    "before", [(), ("map $lightmap",), ("map wood",), ("map wood", "map glow; blendFunc add")]
+)
+def test_metal_mirrors_below_what_lies_over_it(before: tuple[str, ...]) -> None:
+    metal = replace(WALL, image="env", mirrors=True)
+    assert made(*before, "map env; tcGen environment", "map wall; blendFunc blend") == replace(
+        metal, layer="wall"
+    )
+
+
+def test_reflections_alone_are_what_a_surface_shows() -> None:
+    metal = replace(WALL, image="env", mirrors=True)
+    assert made("map env; tcGen environment") == metal
+    assert made("map env; tcGen environment", "map $lightmap; blendFunc filter") == metal
+    first = "map env; tcGen environment; tcMod scroll 1 0"
+    moving = replace(metal, motion=Motion((Scroll(1, 0),)))
+    assert made(first, "map shine; tcGen environment; blendFunc add") == moving
 
 
 def test_vertices_alpha_lays_an_image_over_terrain() -> None:

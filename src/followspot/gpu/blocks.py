@@ -31,6 +31,7 @@ FRAME = np.dtype(
         ("light_radiance", "<f4", (MAX_LIGHTS, 4)),  # of a white surface at one unit; w unused
         ("output_scale", "<f4", (4,)),  # x: exposure, where the output is displayed light
         ("sky_scale", "<f4", (4,)),  # x: radiance of a sky texel of value 1
+        ("eye_position", "<f4", (4,)),  # world units; w unused
     ]
 )
 

@@ -292,6 +292,7 @@ class FramePipeline:
         lighting.write_lights(block, frame.lights, frame.scene.metres_per_unit)
         block["sky_scale"][0] = frame.scene.environment_constant
         block["output_scale"][0] = scale
+        block["eye_position"][:3] = frame.camera.position
         self._gpu_scene.frame_block.write(block.tobytes())
         self._gpu_scene.frame_block_holds = wanted
 

@@ -25,7 +25,9 @@ class Variant(NamedTuple):
     moves: bool
     sways: bool
     layer_apart: bool
+    layer_moves: bool
     layer_sways: bool
+    mirrors: bool
     layer_test: AlphaTest | None
     pulses: bool
     displaced: bool
@@ -47,7 +49,9 @@ class Variant(NamedTuple):
             "MOVES": self.moves,
             "SWAYS": self.sways,
             "LAYER_APART": self.layer_apart,
+            "LAYER_MOVES": self.layer_moves,
             "LAYER_SWAYS": self.layer_sways,
+            "MIRRORS": self.mirrors,
             "PULSES": self.pulses,
             "DISPLACED": self.displaced,
             "SWELLS": self.swells,
@@ -70,7 +74,8 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
     """
     motion, layer_motion = material.motion, material.layer_motion
     is_layered = material.layer is not None
-    layer_apart = is_layered and motion.tc_mods != layer_motion.tc_mods
+    alike = motion.tc_mods == layer_motion.tc_mods and not material.mirrors
+    layer_apart = is_layered and not alike
     is_sprite = material.deforms.sprite is not None
     has_own_shadow = material.sides is Sides.FRONT and material.shade is Shade.LIT and not is_sprite
     return Variant(
@@ -86,7 +91,9 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         bool(motion.tc_mods),
         motion.is_turbulent,
         layer_apart,
+        layer_apart and bool(layer_motion.tc_mods),
         layer_apart and layer_motion.is_turbulent,
+        material.mirrors,
         material.layer_alpha_test,
         motion.pulses,
         bool(material.deforms.moves),

@@ -50,7 +50,7 @@ class Mover:
         of, variant = self._material, self._variant
         if variant.moves:
             yield from _coordinates("base", of.motion, seconds)
-        if variant.layer_apart:
+        if variant.layer_moves:
             yield from _coordinates("layer", of.layer_motion, seconds)
         if variant.pulses:
             yield "pulse", _PAIR.pack(*of.motion.pulse(seconds))

@@ -8,6 +8,7 @@ surface's colour; and perhaps another one, which is laid over it.
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from itertools import pairwise
 
 from followspot.assets.bsp import BspFile
 from followspot.assets.shader_script import ShaderScript, Stage
@@ -70,6 +71,8 @@ class Material:
         fades: Whether the alpha of the mesh's tints says so, too: terrain that passes from one
             ground into another.
         layer_alpha_test: Which of the layer's texels are laid over it at all.
+        mirrors: Whether the base image is a reflection's, that is looked up by where the surface
+            would mirror the eye's ray to.
         motion: What the base image does as time goes by.
         layer_motion: What the layer's does.
         deforms: What vertices do.
@@ -90,6 +93,7 @@ class Material:
     layer: str | None = None
     fades: bool = False
     layer_alpha_test: AlphaTest | None = None
+    mirrors: bool = False
     motion: Motion = STILL
     layer_motion: Motion = STILL
     deforms: Deforms = RIGID
@@ -187,6 +191,7 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
         layer=layer,
         fades=over is not None and over.alpha_gen == "vertex",
         layer_alpha_test=None if over is None else over.alpha_test,
+        mirrors=_reflects(stage),
         motion=motion,
         layer_motion=layer_motion,
         deforms=Deforms.of(script.deforms),
@@ -226,9 +231,13 @@ def _base_stage(script: ShaderScript) -> Stage | None:
 
     Stages with a reflection's coordinates or that only add a glow come last; among the others the
     first one counts, which is the base in ``base, lightmap`` and in ``lightmap, base`` alike. But
-    water whose first stage darkens the ground is seen by the ripples that another adds.
+    water whose first stage darkens the ground is seen by the ripples that another adds, and metal
+    by the reflections that its image lies over as its alpha says.
     """
     candidates = [stage for stage in script.stages if _has_image(stage)]
+    for under, over in pairwise(candidates):
+        if _reflects(under) and under.blend is None and _layer(script, under) is over:
+            return under
     base = min(candidates, key=lambda stage: (_reflects(stage), _adds(stage)), default=None)
     if base is None or script.stages[0].alpha_test is not None:
         return base

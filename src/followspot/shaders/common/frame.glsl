@@ -15,4 +15,5 @@ layout(std140) uniform Frame {
     vec4 light_radiance[MAX_LIGHTS];      // rgb: W/(m^2 sr) of a white surface at one unit
     vec4 output_scale;                    // x: what outputs are multiplied by: exposure, if displayed
     vec4 sky_scale;                       // x: radiance of a sky texel of value 1
+    vec4 eye_position;                    // world units
 };

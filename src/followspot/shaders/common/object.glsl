@@ -38,6 +38,11 @@ vec3 normal_in_world() {
     vec3 n = vec4(between_keys(1), 0.0) * world_from_part();
     return n * inversesqrt(max(dot(n, n), 1e-12));  // none, where it turns round half-way
 }
+
+// A unit vector in the axes of its part, which is turned and scaled alike in all directions.
+vec3 in_axes_of_object(vec3 world) {
+    return normalize((world_from_part() * world).xyz);
+}
 #else
 in vec3 in_position;
 in vec3 in_normal;
@@ -52,5 +57,9 @@ vec4 vertex_in_world() {
 
 vec3 normal_in_world() {
     return in_normal;
+}
+
+vec3 in_axes_of_object(vec3 world) {
+    return world;
 }
 #endif

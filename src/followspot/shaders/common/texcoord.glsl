@@ -1,13 +1,29 @@
 // Where images are looked up at the frame's time: what a script's tcMods have made of a vertex'
 // coordinates. scene/motion.py puts the matrices together.
 in vec2 in_texcoord;
+
+// Where the base image is looked up before anything moves it.
+#ifdef MIRRORS
+// `tcGen environment`: by the way that a ray from the eye leaves a mirror, in the model's axes.
+vec2 base_rest() {
+    vec3 n = normal_in_world();
+    vec3 to_eye = normalize(eye_position.xyz - vertex_in_world().xyz);
+    vec3 away = in_axes_of_object(2.0 * dot(n, to_eye) * n - to_eye);
+    return vec2(0.5, 0.5) + vec2(0.5, -0.5) * away.yz;
+}
+#else
+vec2 base_rest() {
+    return in_texcoord;
+}
+#endif
+
 #ifdef MOVES
 uniform mat3x2 base_moved;   // of s, t and 1
 #endif
 #ifdef SWAYS
 uniform mat4x2 base_swayed;  // of `turbulence`
 #endif
-#ifdef LAYER_APART
+#ifdef LAYER_MOVES
 uniform mat3x2 layer_moved;
 #endif
 #ifdef LAYER_SWAYS
@@ -25,11 +41,11 @@ vec4 turbulence() {
 
 vec2 base_texcoord() {
 #ifdef SWAYS
-    return base_moved * vec3(in_texcoord, 1.0) + base_swayed * turbulence();
+    return base_moved * vec3(base_rest(), 1.0) + base_swayed * turbulence();
 #elif defined(MOVES)
-    return base_moved * vec3(in_texcoord, 1.0);
+    return base_moved * vec3(base_rest(), 1.0);
 #else
-    return in_texcoord;
+    return base_rest();
 #endif
 }
 
@@ -37,8 +53,10 @@ vec2 base_texcoord() {
 vec2 layer_texcoord_of_its_own() {
 #ifdef LAYER_SWAYS
     return layer_moved * vec3(in_texcoord, 1.0) + layer_swayed * turbulence();
-#else
+#elif defined(LAYER_MOVES)
     return layer_moved * vec3(in_texcoord, 1.0);
+#else
+    return in_texcoord;
 #endif
 }
 #endif
