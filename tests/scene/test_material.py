@@ -208,9 +208,14 @@ def test_what_a_script_says_of_the_whole_surface() -> None:
         ((), "", False),
         *((("map wall",), f"surfaceparm {word}", False) for word in ("sky", "nodraw", "hint")),
         (("map wall",), "surfaceparm skip", False),
-        (("map shine; blendFunc add; tcGen environment",), "", False),
+        (("map shine; blendFunc add; tcGen environment",), "", True),
         (
             ("map $lightmap; blendFunc filter", "map shine; blendFunc add; tcGen environment"),
+            "",
+            False,
+        ),
+        (
+            ("map shine; blendFunc add; tcGen environment", "map $lightmap; blendFunc filter"),
             "",
             False,
         ),
@@ -219,7 +224,7 @@ def test_what_a_script_says_of_the_whole_surface() -> None:
         (("map $lightmap; blendFunc filter",), "", True),
     ],
 )
-def test_tools_sky_and_mere_reflections_are_not_drawn(
+def test_tools_sky_and_reflections_that_lightmaps_dim_are_not_drawn(
     stages: tuple[str, ...], general: str, drawn: bool
 ) -> None:
     level = replace(open_bsp(), shaders=np.zeros(1, LUMPS["shaders"]))

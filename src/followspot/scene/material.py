@@ -150,17 +150,17 @@ FindImage = Callable[[str], str | None]
 
 
 def is_drawn(bsp: BspFile, shader: int, script: ShaderScript | None) -> bool:
-    """Whether faces of a level's shader are seen: no sky, no tool surfaces, no mere reflections."""
+    """Whether faces of a level's shader are seen: no sky, no tool surfaces, no reflecting glass."""
     if int(bsp.shaders["surface_flags"][shader]) & _HIDDEN:
         return False
     if script is None:
         return True
     if not script.stages or script.surfaceparms & {"sky", "nodraw", "hint", "skip"}:
         return False
-    # Glass of which nothing is left: reflections are not drawn.
+    # Glass whose reflections are as bright as its place is lit: they would shine in the dark.
     shown = [stage for stage in script.stages if _has_image(stage)]
-    is_glass = script.stages[0].blend is not None and bool(shown)
-    return not (is_glass and all(map(_reflects, shown)))
+    is_glass = script.stages[0].blend is not None and bool(shown) and all(map(_reflects, shown))
+    return not (is_glass and any(stage.image == "$lightmap" for stage in script.stages))
 
 
 def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -> Material:
