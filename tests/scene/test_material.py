@@ -96,6 +96,13 @@ def test_metal_mirrors_below_what_lies_over_it(before: tuple[str, ...]) -> None:
     )
 
 
+@pytest.mark.parametrize("first", ["map wall; alphaFunc GE128", "map wall; blendFunc blend"])
+def test_what_is_cut_out_or_blended_mirrors_nothing(first: str) -> None:
+    """Nothing lies over such a base, so the image itself has to be it."""
+    material = made(first, "map env; tcGen environment", "map rock; blendFunc blend")
+    assert (material.image, material.layer, material.mirrors) == ("wall", None, False)
+
+
 def test_reflections_alone_are_what_a_surface_shows() -> None:
     metal = replace(WALL, image="env", mirrors=True)
     assert made("map env; tcGen environment") == metal

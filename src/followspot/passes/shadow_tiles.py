@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from followspot import spaces
-from followspot.arrays import Floats
+from followspot.arrays import Floats, Mask
 from followspot.passes import drawlist, shadow_fit
 from followspot.passes.drawlist import NOTHING, DrawList, Projected
 from followspot.passes.shadow_fit import Boxes, Outlines, Receivers, ShadowFrustum
@@ -179,7 +179,8 @@ class ShadowTiles:
         }
         projected = self._projected if alike else {}
         self._projected = {
-            light: projected.get(light) or self._project(light, size) for light in lights[:spots]
+            light: projected.get(light) or self._project_all(light, size)
+            for light in lights[:spots]
         }
         tiles: list[Tile] = []
         for number, light in enumerate(lights):
@@ -229,34 +230,33 @@ class ShadowTiles:
             return kept
         return replace(wanted, frustum=kept.frustum, casters=kept.casters)
 
-    def _project(self, spot: SpotLight, size: int) -> Projected:
+    def _project(self, light: SpotLight, inside: Mask) -> Projected:
+        """Casters among the level's faces, (faces,), as a light sees them."""
+        chosen = inside & self._casts[self._mesh.faces["material"]]
+        return drawlist.projected(self._mesh, chosen, _tangents_from_world(light), light.position)
+
+    def _project_all(self, spot: SpotLight, size: int) -> Projected:
         """All that may cast within any window of a light's tiles."""
-        faces = self._mesh.faces
-        reached = self._outlines[spot].within(shadow_fit.widest(spot, size))[: len(faces)]
-        chosen = reached & self._casts[faces["material"]]
-        return drawlist.projected(self._mesh, chosen, _tangents_from_world(spot), spot.position)
+        reached = self._outlines[spot].within(shadow_fit.widest(spot, size))
+        return self._project(spot, reached[: len(self._mesh.faces)])
 
     def _find_casters(
         self, light: SpotLight, frustum: ShadowFrustum, settings: Settings
     ) -> DrawList:
         """All that may cast within a frustum, wherever the camera is."""
-        mesh = self._mesh
-        faces = mesh.faces
+        mesh, faces = self._mesh, self._mesh.faces
         if isinstance(light, CubeSide):  # has one window for good: what it sees is looked at once
             planes = drawlist.frustum_planes(frustum.clip_from_world)
             inside = drawlist.boxes_in_frustum(planes, faces["mins"], faces["maxs"])
-            chosen = inside & self._casts[faces["material"]]
-            place = _tangents_from_world(light), light.position
-            seen = drawlist.projected(mesh, chosen, *place)
+            seen = self._project(light, inside)
         else:
             boxes, seen = self._outlines[light], self._projected[light]
             inside = (boxes.within(frustum.window) & (boxes.near < frustum.far))[: len(faces)]
-            chosen = inside & self._casts[faces["material"]]
         side = np.where(self._one_sided, _SIDE[settings.shadow_cull], 0).astype(np.float32)
         low, high = frustum.edges
         window = 2 / (high - low), (low + high) / (low - high)
         size = tile_size(settings)
-        return drawlist.casters(mesh, seen, chosen, self._key, side, size, window)
+        return drawlist.casters(mesh, seen, inside, self._key, side, size, window)
 
     def atlas_from_world(self, tile: Tile) -> Mat4:
         """World to the atlas, whose corners are at 0 and 1, through a tile."""

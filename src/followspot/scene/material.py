@@ -150,7 +150,7 @@ FindImage = Callable[[str], str | None]
 
 
 def is_drawn(bsp: BspFile, shader: int, script: ShaderScript | None) -> bool:
-    """Whether faces of a level's shader are seen: no sky, no tool surfaces, no reflecting glass."""
+    """Whether faces of a level's shader are seen: no sky, no tool surfaces, no dim mirrors."""
     if int(bsp.shaders["surface_flags"][shader]) & _HIDDEN:
         return False
     if script is None:
@@ -235,9 +235,10 @@ def _base_stage(script: ShaderScript) -> Stage | None:
     by the reflections that its image lies over as its alpha says.
     """
     candidates = [stage for stage in script.stages if _has_image(stage)]
-    for under, over in pairwise(candidates):
-        if _reflects(under) and under.blend is None and _layer(script, under) is over:
-            return under
+    if script.stages and script.stages[0].blend is None and script.stages[0].alpha_test is None:
+        for under, over in pairwise(candidates):
+            if _reflects(under) and under.blend is None and _layer(script, under) is over:
+                return under
     base = min(candidates, key=lambda stage: (_reflects(stage), _adds(stage)), default=None)
     if base is None or script.stages[0].alpha_test is not None:
         return base
