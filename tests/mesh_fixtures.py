@@ -3,12 +3,16 @@
 import base64
 import json
 import struct
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from followspot.assets import md3
+from followspot.assets.mesh_file import read_mesh
+from followspot.assets.mesh_record import MeshFile
 from model_fixtures import write_md3
 
 
@@ -171,3 +175,24 @@ def gltf_cube(of: Cube, metres_per_unit: float = 0.03, **tables: Any) -> Documen
     document.attribute("TEXCOORD_0", of.texcoords.astype("<f4"))
     document.primitive["indices"] = document.accessor(of.triangles.astype("<u2").ravel())
     return document
+
+
+def read(data: bytes, suffix: str, files: Mapping[str, bytes] | None = None) -> MeshFile:
+    """A mesh whose neighbours are `files`, checked for what code behind the reader relies on."""
+    mesh = read_mesh(data, "x" + suffix, suffix, lambda name: (files or {}).get(name))
+    assert mesh.surfaces
+    for surface in mesh.surfaces:
+        count = len(surface.positions)
+        assert surface.positions.shape == surface.normals.shape == (count, 3)
+        assert surface.texcoords.shape == (count, 2)
+        assert surface.indices.dtype == np.uint32 and len(surface.indices) % 3 == 0
+        assert len(surface.indices) and surface.indices.max() < count
+        arrays = [surface.positions, surface.normals, surface.texcoords]
+        if surface.colors is not None:
+            assert surface.colors.shape == (count, 4)
+            assert surface.colors.min() >= 0 and surface.colors.max() <= 1
+            arrays.append(surface.colors)
+        for array in arrays:
+            assert array.dtype == np.float32 and np.isfinite(array).all()
+        assert_allclose(np.linalg.norm(surface.normals, axis=1), 1, atol=1e-5)
+    return mesh

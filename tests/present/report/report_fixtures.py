@@ -2,7 +2,9 @@
 
 from functools import cache
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
+import html5lib
 import numpy as np
 
 from followspot.present.film_plan import FilmWish
@@ -58,3 +60,13 @@ def whole_report(base: Path) -> Path:
     steps = [*own, Step("answer", "An answer", answer)]
     assert run("courtyard", folder, WISH, film_wish, steps) == 0
     return folder
+
+
+def parsed(html: str) -> Element:
+    """The document's elements, without namespaces; any error in the HTML fails."""
+    parser = html5lib.HTMLParser(html5lib.treebuilders.getTreeBuilder("etree"), strict=True)
+    document: Element = parser.parse(html)
+    for element in document.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.rpartition("}")[2]
+    return document
