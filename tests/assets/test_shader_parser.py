@@ -200,7 +200,7 @@ _TEXTS = st.one_of(
                 *("{", "}", '"', "\n", "\r", "\t", "//", "/*", "*/", "t/a", "$lightmap", "gl_one"),
                 *("cull", "skyparms", "q3map_sun", "sort", "map", "animmap", "blendfunc"),
                 *("tcmod", "turb", "stretch", "rotate", "rgbgen", "alphagen", "wave", "sin"),
-                *("0.5", "-", "1e400"),
+                *("0.5", "-", "1e400", "fogparms", "(", ")", "(1"),
             ]
         ),
         max_size=60,
@@ -229,7 +229,7 @@ _NAMES = st.text("abcxyz_0123456789/.-", min_size=1, max_size=12).filter(lambda 
 _WORDS = st.text("abcXYZ09_$*().-+\\", min_size=1, max_size=8)
 _QUOTED = st.text("ab {}/*'\t\x00\xe9", min_size=1, max_size=8)
 _DIRECTIVES = st.tuples(
-    st.sampled_from(["surfaceparm", "nomipmaps", "qer_trans", "depthfunc", "fogparms"]),
+    st.sampled_from(["surfaceparm", "nomipmaps", "qer_trans", "depthfunc", "q3map_lightimage"]),
     st.lists(_WORDS | _QUOTED, max_size=4),
 )
 _STAGES = st.lists(_DIRECTIVES, max_size=4)

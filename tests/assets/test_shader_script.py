@@ -11,6 +11,7 @@ from followspot.assets.shader_values import (
     AlphaTest,
     BlendFactor,
     Directive,
+    FogParms,
     Sides,
     SkyParms,
     number,
@@ -98,6 +99,20 @@ def test_cull(line: str, sides: Sides) -> None:
 )
 def test_sky_box(line: str, sky: SkyParms | None) -> None:
     assert entry(line).sky_box == sky
+
+
+@pytest.mark.parametrize(
+    ("line", "fog"),
+    [
+        ("", None),
+        ("fogParms ( 0.5 .25 1 ) 800", FogParms((0.5, 0.25, 1.0), 800.0)),
+        ("fogparms (0.5 .25 1) 800 64", FogParms((0.5, 0.25, 1.0), 800.0)),
+        ("fogparms 0.5 .25 1 800", FogParms((0.5, 0.25, 1.0), 800.0)),
+        ("fogparms ( 255 -1 0 ) 1e3", FogParms((1.0, 0.0, 0.0), 1000.0)),
+    ],
+)
+def test_fog(line: str, fog: FogParms | None) -> None:
+    assert entry(line).fog == fog
 
 
 @pytest.mark.parametrize("name", ["q3map_sun", "q3map_sunExt", "SUN"])
@@ -250,6 +265,22 @@ def test_a_wrong_sun_is_none(line: str) -> None:
 )
 def test_a_wrong_sky(line: str, sky: SkyParms | None) -> None:
     assert wrong(line)[0].sky_box == sky
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "fogparms",
+        "fogparms ( 1 1 1 )",
+        "fogparms ( 1 x 1 ) 300",
+        "fogparms ( 1 1 1 ) 0",
+        "fogparms ( 1 1 1 ) -20",
+    ],
+)
+def test_wrong_fog_is_none(line: str) -> None:
+    shader, problem = wrong(line)
+    assert shader.fog is None
+    assert problem.found == repr(line)
 
 
 @pytest.mark.parametrize("line", ["sort", "sort sideways", "sort blend", "{\nrgbGen rainbow\n}"])

@@ -22,11 +22,13 @@ from followspot.present.pixel import PixelReport, ShadowLookup, inspect_pixel
 from followspot.present.renderer import Renderer
 from followspot.scene.camera import Camera
 from followspot.scene.deform import Deforms
+from followspot.scene.fog import Fog
 from followspot.scene.light import SpotLight
 from followspot.scene.load import load
 from followspot.scene.material import Material, Shade
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
+from followspot.spaces import vec3
 from synthetic import (
     WHITE_SKY,
     box,
@@ -84,8 +86,8 @@ def reports(renderer: Renderer, frame: FrameInput, count: int, seed: int) -> lis
     return [inspect_pixel(renderer, frame, x, y) for x, y in places]
 
 
-def check(report: PixelReport, frame: FrameInput) -> None:
-    """The formulae between one pixel's values."""
+def check(report: PixelReport, frame: FrameInput, glow: float = 0.0) -> None:
+    """The formulae between one pixel's values; `glow` is the radiance of fog."""
     scene = frame.scene
     np.testing.assert_allclose(report.exposed, report.radiance * frame.exposure)
     steps = 3 if report.in_front else 1  # what is blended is rounded before and behind
@@ -101,6 +103,7 @@ def check(report: PixelReport, frame: FrameInput) -> None:
     assert abs(-to_eye @ frame.camera.forward - report.depth) < 1e-4 * report.depth
     if not report.in_front:
         lit = report.rho / np.pi * (report.direct + report.environment)
+        lit += report.fog * (glow - lit)
         np.testing.assert_allclose(report.radiance, lit, rtol=2e-5, atol=1e-7)
     expected = np.zeros(3)
     for light in frame.lights:
@@ -159,6 +162,25 @@ def test_values_agree_all_over_a_scene(
     doubtful = sum(is_close_call(lookup) for lookup in lit)
     assert doubtful < 0.7 * len(lit)
     assert {round(lookup.arrives) for lookup in lit} == {0, 1}
+
+
+def test_fog_is_told_apart(renderer: Renderer, garden: Scene) -> None:
+    """It is as bright as half of the sky, which is as bright all over."""
+    fog = Fog(vec3((-200, -20, -50)), vec3((200, 300, 300)), vec3((0.5, 0.5, 0.5)), 0.004)
+    foggy = replace(garden, level=replace(garden.level, fogs=(fog,)))
+    frame = frame_of(foggy, looking((-150, 40, 140), (20, 0, 80)))
+    found = reports(renderer, frame, 60, 2)
+    for report in found:
+        check(report, frame, glow=0.1)
+        if report.surface is None and not report.in_front:
+            sky = 0.2 + report.fog * (0.1 - 0.2)
+            np.testing.assert_allclose(report.radiance, sky, rtol=1e-3)
+    shares: dict[bool, set[float]] = {True: set(), False: set()}
+    for report in found:
+        shares[report.surface is None].add(round(report.fog, 1))
+    assert min(map(len, shares.values())) > 2
+    clear = frame_of(foggy, frame.camera, Settings(exposure=0.5, fog=False))
+    assert {report.fog for report in reports(renderer, clear, 9, 2)} == {0.0}
 
 
 def test_a_surface_that_has_moved_is_found_where_it_is_drawn(renderer: Renderer) -> None:

@@ -27,6 +27,7 @@ from followspot.assets.shader_values import (
     AlphaTest,
     BlendFactor,
     Directive,
+    FogParms,
     Reader,
     Sides,
     SkyParms,
@@ -34,6 +35,7 @@ from followspot.assets.shader_values import (
     read_alpha_test,
     read_blend,
     read_cull,
+    read_fog_parms,
     read_images,
     read_sky_parms,
     read_sun,
@@ -204,6 +206,12 @@ class ShaderScript:
         """The last sun of the entry, as in the engine; q3map2 bakes the light of all of them."""
         sun = self.get("q3map_sun", "q3map_sunext", "sun")
         return read_sun(sun, []) if sun else None
+
+    @property
+    def fog(self) -> FogParms | None:
+        """What fills the volume whose brush has this entry's name, if it is fog."""
+        fog = self.get("fogparms")
+        return read_fog_parms(fog, []) if fog else None
 
     @property
     def deforms(self) -> tuple[Deform, ...]:

@@ -64,6 +64,18 @@ class BlendFactor(Enum):
     SRC_ALPHA_SATURATE = "gl_src_alpha_saturate"
 
 
+class FogParms(NamedTuple):
+    """What fills a volume.
+
+    Args:
+        color: As displayed, each 0 to 1.
+        depth: Units through which nothing is to be seen any more.
+    """
+
+    color: tuple[float, float, float]
+    depth: float
+
+
 class AlphaTest(Enum):
     """Which texels are drawn: alpha above 0, below one half, or from one half up."""
 
@@ -198,6 +210,20 @@ def read_sun(sun: Directive, wrong: list[str]) -> Sun | None:
     )
 
 
+def read_fog_parms(fog: Directive, wrong: list[str]) -> FogParms | None:
+    """``fogParms ( <red> <green> <blue> ) <depth>``; values are bounded as displays bound them.
+
+    The parentheses may touch their neighbours.
+    """
+    words = " ".join(fog.args).replace("(", " ").replace(")", " ").split()
+    numbers = [value for value in map(number, words[:4]) if value is not None]
+    if len(numbers) < 4 or numbers[3] <= 0:
+        wrong.append("red, green and blue in parentheses and a depth above 0")
+        return None
+    red, green, blue = (min(max(value, 0.0), 1.0) for value in numbers[:3])
+    return FogParms((red, green, blue), numbers[3])
+
+
 def read_images(image: Directive, wrong: list[str]) -> tuple[str, ...]:
     """Image names of ``map``, ``clampMap`` (one) or ``animMap`` (up to 8 after the rate).
 
@@ -254,6 +280,7 @@ GENERAL_READERS: dict[str, Reader] = {
     "q3map_sun": read_sun,
     "q3map_sunext": read_sun,
     "sun": read_sun,
+    "fogparms": read_fog_parms,
 }
 """Readers of the directives outside stages whose arguments are checked."""
 

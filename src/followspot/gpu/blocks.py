@@ -18,6 +18,9 @@ MAX_SHADOWS = 4
 SIDES = 6
 """Of the cube around a point light, each with a shadow map of its own."""
 
+MAX_FOGS = 8
+"""Volumes of fog in one frame; programs are compiled for as many as are in view."""
+
 FRAME = np.dtype(
     [
         ("clip_from_world", "<f4", (4, 4)),
@@ -32,6 +35,9 @@ FRAME = np.dtype(
         ("output_scale", "<f4", (4,)),  # x: exposure, where the output is displayed light
         ("sky_scale", "<f4", (4,)),  # x: radiance of a sky texel of value 1
         ("eye_position", "<f4", (4,)),  # world units; w unused
+        ("fog_mins", "<f4", (MAX_FOGS, 4)),  # from the eye; w unused
+        ("fog_maxs", "<f4", (MAX_FOGS, 4)),  # likewise
+        ("fog_glow", "<f4", (MAX_FOGS, 4)),  # a: extinction; rgb: that times radiance, as output
     ]
 )
 

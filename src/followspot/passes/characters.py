@@ -20,9 +20,9 @@ from followspot.gpu.program import ShaderFolder
 from followspot.passes import drawlist, shadow_extent
 from followspot.passes.materials import (
     Variant,
-    alpha_test_vector,
     set_caster_culling,
     set_state,
+    set_uniforms,
     variant_of,
 )
 from followspot.passes.motion import Mover
@@ -262,9 +262,8 @@ class CharacterPass:
             self._render(draw, self._shadows[draw.variant.cut_out], count)
 
     def _render(self, draw: _Draw, shader: Shader, count: int) -> None:
-        if draw.variant.cut_out:
-            vector = alpha_test_vector(draw.run.material)
-            program.set_uniform(shader.program, "alpha_test", vector)
+        if draw.variant.cut_out or draw.variant.blended:
+            set_uniforms(shader.program, draw.run.material)
         self._figures[draw.figure].key_poses.use(KEY_POSES)
         array = shader.arrays[draw.figure]
         array.render(vertices=draw.run.count, first=draw.run.first, instances=count)

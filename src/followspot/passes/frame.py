@@ -17,6 +17,7 @@ from followspot.gpu.targets import Part, Target, encode_srgb
 from followspot.passes import lighting, programs, shadow_tiles
 from followspot.passes.characters import CharacterPass
 from followspot.passes.drawlist import NOTHING
+from followspot.passes.fog import NO_FOG, LitFog
 from followspot.passes.overlay import Overlay, OverlayPass
 from followspot.passes.programs import SHADOW_ATLAS, Shader
 from followspot.passes.shadow import ShadowPass
@@ -134,13 +135,15 @@ class FramePipeline:
         self._overlay: OverlayPass | None = None
         self._macros_for: object = None
         self._macros: dict[str, int | str] = {}
+        self._fog: LitFog | None = None
+        self._fog_in_view = NO_FOG
         self._is_encoded = False
 
     def prepare(self, frame: FrameInput, target: Target) -> None:
         """Compile and allocate what frames like this one need; `draw` then creates nothing.
 
         Args:
-            frame: One of them.
+            frame: One of them: with the same fog in view, apart from lights, settings and the view.
             target: What they are drawn into, or one of its kind.
 
         Raises:
@@ -159,10 +162,18 @@ class FramePipeline:
             self._macros_for = wanted
             self._macros = lighting.constants(scene, frame.settings)
             self._macros |= lighting.counts(frame.lights, frame.shadowed, frame.settings)
+            self._fog = LitFog(scene, frame.settings) if scene.level.fogs else None
+        self._fog_in_view = NO_FOG
+        if self._fog is not None and frame.view is View.FINAL:
+            clip_from_world = (
+                self._clip_from_view(frame.camera, target) @ frame.camera.view_from_world
+            )
+            self._fog_in_view = self._fog.in_view(frame.camera.position, clip_from_world)
+        fogs = len(self._fog_in_view)
         for each in (self._surfaces.programs, self._characters.programs):
-            each.prepare(frame.view, self._macros, encoded=encoded)
+            each.prepare(frame.view, self._macros | {"FOGS": fogs}, encoded=encoded)
         if frame.view is View.FINAL:
-            self._sky.prepare(encoded=encoded)
+            self._sky.prepare(encoded=encoded, fogs=fogs)
         self._is_encoded = encoded
         if frame.overlays and self._overlay is None:
             self._overlay = OverlayPass(self._context, self._gpu_scene.scene, self._folder)
@@ -187,15 +198,12 @@ class FramePipeline:
         camera, settings, visible = frame.camera, frame.settings, self._visible
         encoded = _is_encoded(frame.view, target)
         assert encoded is self._is_encoded, "prepared for another kind of target"
-        far = camera.far_for(*self._bounds)
-        aspect = target.size[0] / target.size[1]
-        clip_from_view = camera.clip_from_view(aspect, far)
+        clip_from_view = self._clip_from_view(camera, target)
         clip_from_world = clip_from_view @ camera.view_from_world
         decider, cull_from_world = camera, clip_from_world
         if frame.culled_from is not None:
             decider = frame.culled_from
-            frozen = decider.clip_from_view(aspect, decider.far_for(*self._bounds))
-            cull_from_world = frozen @ decider.view_from_world
+            cull_from_world = self._clip_from_view(decider, target) @ decider.view_from_world
 
         has_sky = frame.view is View.FINAL
         if visible.update(
@@ -215,7 +223,7 @@ class FramePipeline:
                 frame.time, camera.position, cull_from_world, tiles, may_be_seen
             )
             self.shadow.draw(settings, is_used=bool(tiles), characters_moved=moved)
-        scale = 1.0 if target.is_linear else _display_scale(frame, far)
+        scale = 1.0 if target.is_linear else self._display_scale(frame)
         self._write_block(frame, clip_from_world, clip_from_view, scale)
 
         with timed("clear"):
@@ -229,7 +237,7 @@ class FramePipeline:
         target.framebuffer.depth_mask = False
         with timed("sky"):
             if has_sky:
-                self._sky.draw(encoded=encoded)
+                self._sky.draw()
         with timed("blended"):
             encode_srgb(self._context, encoded)  # for GL to blend linear light
             self._surfaces.draw_blended(blended, visible.opaque, frame.time)
@@ -257,6 +265,16 @@ class FramePipeline:
             shadow_triangles=self.shadow.triangle_count if redrawn else 0,
         )
 
+    def _clip_from_view(self, camera: Camera, target: Target) -> Mat4:
+        return camera.clip_from_view(target.size[0] / target.size[1], camera.far_for(*self._bounds))
+
+    def _display_scale(self, frame: FrameInput) -> float:
+        """What values are multiplied by for display: exposure, or depth 1 / the far plane."""
+        if frame.view.is_light:
+            return frame.exposure
+        is_depth = frame.view is View.DEPTH
+        return 1 / frame.camera.far_for(*self._bounds) if is_depth else 1.0
+
     def _begin(self, target: Target, view: View, part: Part | None) -> None:
         """Bind and clear the target, which takes what shaders write as it is."""
         target.framebuffer.depth_mask = True
@@ -280,7 +298,8 @@ class FramePipeline:
         settings, tiles = frame.settings, self.shadow.tiles
         shadows = tiles, self.shadow.atlas.size, settings.shadow_normal_offset
         units = frame.scene.metres_per_unit, frame.scene.environment_constant
-        wanted = clip_from_world.tobytes(), units, frame.lights, shadows, scale
+        fogs = self._fog, self._fog_in_view.tobytes()
+        wanted = clip_from_world.tobytes(), units, frame.lights, shadows, scale, fogs
         if self._gpu_scene.frame_block_holds == wanted:
             return
         block = np.zeros((), blocks.FRAME)
@@ -293,6 +312,8 @@ class FramePipeline:
         block["sky_scale"][0] = frame.scene.environment_constant
         block["output_scale"][0] = scale
         block["eye_position"][:3] = frame.camera.position
+        if self._fog is not None:
+            self._fog.write(block, self._fog_in_view, frame.camera.position, scale)
         self._gpu_scene.frame_block.write(block.tobytes())
         self._gpu_scene.frame_block_holds = wanted
 
@@ -328,10 +349,3 @@ class FramePipeline:
 def _is_encoded(view: View, target: Target) -> bool:
     """Whether pixels are sRGB of what is shown."""
     return view.is_encoded and not target.is_linear
-
-
-def _display_scale(frame: FrameInput, far: float) -> float:
-    """What values are multiplied by for display: exposure, or for depth 1 over the far plane."""
-    if frame.view.is_light:
-        return frame.exposure
-    return 1 / far if frame.view is View.DEPTH else 1.0

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from followspot.arrays import Floats
 from followspot.errors import UsageError
 from followspot.gpu import blocks
 from followspot.passes import shadow_fit, shadow_tiles
@@ -132,11 +133,27 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
         macros["BAKED"] = f"{settings.baked_light:.9g}"
     elif settings.sky_light:
         macros["SKY_LIGHT"] = 1
-        towards = scene.sky.towards_axes(settings.environment_mip)
-        for axis, radiance in zip(_AXES, towards, strict=True):
-            values = radiance * scene.environment_constant + scene.ambient
-            macros[f"SKY_{axis}"] = "vec3({:.9g}, {:.9g}, {:.9g})".format(*values)
+        for axis, radiance in zip(_AXES, _towards_axes(scene, settings), strict=True):
+            macros[f"SKY_{axis}"] = "vec3({:.9g}, {:.9g}, {:.9g})".format(*radiance)
     return macros
+
+
+def _towards_axes(scene: Scene, settings: Settings) -> Floats:
+    """(6, 3) radiance of the environment in W/(m^2 sr)."""
+    towards = scene.sky.towards_axes(settings.environment_mip)
+    return np.asarray(towards * scene.environment_constant + scene.ambient)
+
+
+def mean_from_around(scene: Scene, settings: Settings) -> Floats:
+    """(3,) mean radiance in W/(m^2 sr) of what takes the environment's place, from all around.
+
+    Of what was baked it is that of a white surface that the level's compiler has lit well.
+    """
+    if not settings.sky_light:
+        return np.zeros(3)
+    if is_baked(scene, settings):
+        return np.full(3, settings.baked_light)
+    return np.asarray(_towards_axes(scene, settings).mean(axis=0))
 
 
 def direction_from_clip(clip_from_view: Mat4, view_from_world: Mat4) -> Mat4:

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import moderngl
 
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
-from followspot.gpu import gl
-from followspot.scene.material import Material, Shade
+from followspot.gpu import gl, program
+from followspot.scene.material import Blend, Material, Shade
 from followspot.scene.settings import CullFace
 
 
@@ -118,6 +118,37 @@ def alpha_test_vector(material: Material) -> tuple[float, float]:
     return slope * material.alpha_scale, shift
 
 
+def set_uniforms(of: moderngl.Program, material: Material) -> None:
+    """Tell a program of surface.frag what it asks of a material beside its images and motion."""
+    if material.alpha_test is not None:
+        program.set_uniform(of, "alpha_test", alpha_test_vector(material))
+    if material.blend is not None:
+        program.set_uniform(of, "fog_cover", fog_cover(material.blend))
+
+
+def fog_cover(blend: Blend) -> tuple[float, float, float]:
+    """surface.frag's ``fog_cover`` of a way of blending.
+
+    The light from behind has come through the fog before the surface, too, and has brought its
+    glow along. Of that glow a blended surface adds what it has held back: a share of its own,
+    one by its reflectance and one by its alpha, all before GL weights them by the source's factor.
+    Of what only multiplies, the first number is the one that leaves all as it is.
+    """
+    source, destination = blend
+    if blend == _SCREEN:
+        return _HELD_BACK[BlendFactor.ONE_MINUS_SRC_COLOR]
+    if source is BlendFactor.DST_COLOR:
+        neutral = {BlendFactor.ZERO: 1.0, BlendFactor.SRC_COLOR: 0.5}.get(destination, 0.0)
+        return neutral, 0.0, 0.0
+    if blend == (BlendFactor.ZERO, BlendFactor.SRC_COLOR):
+        return 1.0, 0.0, 0.0
+    if source is BlendFactor.SRC_ALPHA:
+        return float(destination is BlendFactor.ONE_MINUS_SRC_ALPHA), 0.0, 0.0
+    if source is not BlendFactor.ONE:
+        return 0.0, 0.0, 0.0
+    return _HELD_BACK.get(destination, (0.0, 0.0, 0.0))
+
+
 def set_state(context: moderngl.Context, material: Material) -> None:
     """Set what GL needs to know of a material's state, but for tests and writes of depth."""
     if material.sides is Sides.BOTH:
@@ -156,6 +187,13 @@ _ALPHA_TESTS = {
     None: (0.0, 1.0),
 }
 _CULLED_SIDE = {Sides.FRONT: "back", Sides.BACK: "front"}
+_HELD_BACK = {
+    BlendFactor.ZERO: (1.0, 0.0, 0.0),
+    BlendFactor.SRC_COLOR: (1.0, -1.0, 0.0),
+    BlendFactor.ONE_MINUS_SRC_COLOR: (0.0, 1.0, 0.0),
+    BlendFactor.SRC_ALPHA: (1.0, 0.0, -1.0),
+    BlendFactor.ONE_MINUS_SRC_ALPHA: (0.0, 0.0, 1.0),
+}
 _SCREEN = (BlendFactor.ONE_MINUS_DST_COLOR, BlendFactor.ONE)
 _BY_REFLECTANCE = {
     BlendFactor.SRC_COLOR: gl.SRC1_COLOR,

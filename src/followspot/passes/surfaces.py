@@ -4,11 +4,10 @@ from typing import NamedTuple
 
 import moderngl
 
-from followspot.gpu import program
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
-from followspot.passes.materials import Variant, alpha_test_vector, set_state, variant_of
+from followspot.passes.materials import Variant, set_state, set_uniforms, variant_of
 from followspot.passes.motion import Mover
 from followspot.passes.programs import BASE_IMAGE, LAYER_IMAGE, LIGHTMAPS, Shader, SurfacePrograms
 from followspot.scene.material import Material
@@ -95,9 +94,8 @@ class SurfacePass:
                 state = look.state
                 set_state(self._context, look.material)
             shader = self._shaders[batch.material]
-            if look.variant.cut_out:
-                vector = alpha_test_vector(look.material)
-                program.set_uniform(shader.program, "alpha_test", vector)
+            if look.variant.cut_out or look.variant.blended:
+                set_uniforms(shader.program, look.material)
             look.image.use(BASE_IMAGE)
             if look.layer is not None:
                 look.layer.use(LAYER_IMAGE)

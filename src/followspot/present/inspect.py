@@ -63,6 +63,7 @@ def _counts(bsp: BspFile, scene: Scene) -> dict[str, int]:
         "brushes": len(bsp.brushes),
         "leafs": len(bsp.leafs),
         "clusters": bsp.cluster_count,
+        "fog volumes": len(scene.level.fogs),
         "lightmaps": len(bsp.lightmaps),
     }
 

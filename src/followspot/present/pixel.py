@@ -14,9 +14,13 @@ from followspot.passes.frame import FrameInput
 from followspot.passes.shadow_tiles import GRAZING, LIT_SIDE, STEEP, Tile, near_reach
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
+from followspot.scene.fog import optical_depths
 from followspot.scene.light import CubeSide, SpotLight
 from followspot.scene.settings import CullFace
 from followspot.scene.sight import Crossing, crossings
+
+_FOREVER = 1e9
+"""Units, as far as the sky is."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,8 @@ class PixelReport:
         rho: (3,) Lambertian coefficients, those of blended surfaces blended in.
         direct: (3,) irradiance from all lights in W/m^2.
         environment: (3,) irradiance from the environment, or what was baked, in W/m^2.
-        radiance: (3,) of the final picture in W/(m^2 sr), blended surfaces included.
+        fog: Share of the light from there that fog before it holds back.
+        radiance: (3,) of the final picture in W/(m^2 sr), blended surfaces and fog included.
         exposed: (3,) radiance times exposure: what is displayed, before the sRGB curve.
         displayed: (3,) uint8 of the picture.
     """
@@ -101,6 +106,7 @@ class PixelReport:
     rho: Floats
     direct: Floats
     environment: Floats
+    fog: float
     radiance: Floats
     exposed: Floats
     displayed: NDArray[np.uint8]
@@ -165,6 +171,7 @@ def inspect_pixel(renderer: Renderer, frame: FrameInput, x: int, y: int) -> Pixe
         rho=rho,
         direct=direct * np.pi,
         environment=environment * np.pi,
+        fog=_fog(frame, ray * (depth if np.isfinite(depth) else _FOREVER)),
         radiance=radiance,
         exposed=radiance * frame.exposure,
         displayed=displayed,
@@ -179,6 +186,15 @@ def _ray(frame: FrameInput, size: tuple[int, int], x: int, y: int) -> Floats:
     middle = np.array([(2 * x + 1) / width - 1, 1 - (2 * y + 1) / height, 0, 1])
     matrix = lighting.direction_from_clip(clip_from_view, camera.view_from_world)
     return np.asarray((matrix @ middle)[:3])
+
+
+def _fog(frame: FrameInput, ray: Floats) -> float:
+    """Share of light that fog holds back along a ray from the eye."""
+    if not frame.settings.fog:
+        return 0.0
+    eye = frame.camera.position
+    depths = optical_depths(frame.scene.level.fogs, eye, (eye + ray)[np.newaxis])
+    return float(-np.expm1(-depths.sum()))
 
 
 def _along(frame: FrameInput, ray: Floats, depth: float) -> tuple[Crossing | None, list[Crossing]]:

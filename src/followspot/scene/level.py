@@ -11,8 +11,9 @@ from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.entities import entity_vector, model_number
 from followspot.assets.shader_script import ShaderScript
-from followspot.scene import bsp_tree, deform, material, patch
+from followspot.scene import bsp_tree, deform, fog, material, patch
 from followspot.scene.baked import BakedLight
+from followspot.scene.fog import Fog
 from followspot.scene.material import FindImage, Material
 from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
 
@@ -85,6 +86,7 @@ class Level:
         materials: The mesh's faces name them by number.
         visibility: What can be seen from where.
         baked: What its compiler has lit it by, if it has one.
+        fogs: What hangs in it.
     """
 
     bsp: BspFile
@@ -92,6 +94,7 @@ class Level:
     materials: tuple[Material, ...]
     visibility: Visibility
     baked: BakedLight | None = None
+    fogs: tuple[Fog, ...] = ()
 
 
 def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, tolerance: float) -> Level:
@@ -133,7 +136,7 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     mesh = deform.deformed(mesh, [each.deforms for each in materials])
 
     visibility = Visibility(bsp, level_face, _seen_from_everywhere(bsp))
-    return Level(bsp, mesh, materials, visibility, baked)
+    return Level(bsp, mesh, materials, visibility, baked, fog.volumes(bsp, find_script))
 
 
 def _color(mesh: Mesh, materials: Sequence[Material]) -> None:

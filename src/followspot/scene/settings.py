@@ -37,6 +37,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         baked_light: Radiance in W/(m^2 sr) of a white surface that the level's compiler has lit so
             that textures look as they were painted. What it baked takes the environment's place;
             0 leaves it out.
+        fog: Whether what is behind the level's fog is seen through it.
         shadow_map_size: Texels along an edge of a spot light's shadow map. One that is fitted
             consists of two square tiles, which together have as many texels; the sides of point
             lights' cubes are tiles as large.
@@ -68,6 +69,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     environment_mip: NonNegative | None = None
     emission: NonNegative = 1.0
     baked_light: NonNegative = 0.0
+    fog: bool = True
     shadow_map_size: Annotated[int, Meta(ge=16, le=8192)] = 1024
     shadow_fit: bool = True
     shadow_taps: Annotated[int, Meta(ge=1, le=4)] = 1

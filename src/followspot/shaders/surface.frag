@@ -6,6 +6,9 @@
 #include "common/frame.glsl"
 #include "common/light.glsl"
 #include "common/srgb.glsl"
+#if FOGS > 0
+#include "common/fog.glsl"
+#endif
 
 #define MAPPED (SHADOWS + POINT_SHADOWS)
 
@@ -16,6 +19,10 @@ uniform sampler2DShadow shadow_atlas;  // depth from the lights, compared by the
 uniform sampler2D lightmaps;           // linear light
 #endif
 uniform vec2 alpha_test;               // keep where a * x + y > 0
+#if FOGS > 0 && defined(BLENDED)
+uniform vec3 fog_cover;                // share of fog before it that it stands for: of all, by its
+                                       // reflectance, by its alpha; x: what multiplies nothing
+#endif
 #ifdef PULSES
 uniform vec2 pulse;                    // that texels are multiplied by: rgb, a
 #endif
@@ -39,6 +46,9 @@ in vec2 luxel;
 flat in float scale;
 #if LIGHTS > MAPPED
 in vec3 world_position;
+#endif
+#if FOGS > 0
+in vec3 eye_ray;
 #endif
 #if MAPPED > 0
 in vec4 shadowed_ray[MAPPED];
@@ -216,6 +226,18 @@ void main() {
     value.rgb = vec3(key_light_visibility(n));
 #elif VIEW == VIEW_DEPTH
     value.rgb = vec3(scale / gl_FragCoord.w);  // clip w is the distance along the view axis
+#endif
+#if FOGS > 0 && VIEW == VIEW_FINAL
+    vec4 fog = fog_along(eye_ray, 1.0);
+    float through = through_fog(fog);
+#if defined(FILTER)
+    value.rgb = mix(fog_cover.xxx, value.rgb, through);
+#elif defined(BLENDED)
+    vec3 cover = fog_cover.x + fog_cover.y * rho + fog_cover.z * texel.a;
+    value.rgb = mix(glow_of_fog(fog) * cover, value.rgb, through);
+#else
+    value.rgb = mix(glow_of_fog(fog), value.rgb, through);
+#endif
 #endif
 #ifdef VEILS
     reflected = vec4(rho, texel.a);

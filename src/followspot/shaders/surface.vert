@@ -32,6 +32,9 @@ flat out float scale;  // of the output; handed on, since pixels read uniform bl
 #if LIGHTS > MAPPED
 out vec3 world_position;
 #endif
+#if FOGS > 0
+out vec3 eye_ray;  // from the eye, world units
+#endif
 #if MAPPED > 0
 out vec4 shadowed_ray[MAPPED];  // common/light.glsl
 flat out vec4 shadowed_glow[MAPPED];
@@ -87,6 +90,9 @@ void main() {
     scale = output_scale.x;
 #if LIGHTS > MAPPED
     world_position = world.xyz;
+#endif
+#if FOGS > 0
+    eye_ray = world.xyz - eye_position.xyz;
 #endif
 #if MAPPED > 0
     for (int i = 0; i < MAPPED; ++i) {

@@ -1,6 +1,7 @@
 // What a whole frame shares; gpu/blocks.py is the other half.
 #define MAX_LIGHTS 8
 #define MAX_SHADOWS 4
+#define MAX_FOGS 8
 
 layout(std140) uniform Frame {
     mat4 clip_from_world;
@@ -16,4 +17,8 @@ layout(std140) uniform Frame {
     vec4 output_scale;                    // x: what outputs are multiplied by: exposure, if displayed
     vec4 sky_scale;                       // x: radiance of a sky texel of value 1
     vec4 eye_position;                    // world units
+    vec4 fog_mins[MAX_FOGS];              // corners of boxes of fog, from the eye, world units
+    vec4 fog_maxs[MAX_FOGS];
+    vec4 fog_glow[MAX_FOGS];              // a: extinction per unit; rgb: the same times the radiance
+                                          // of what is nothing but fog, times the output scale
 };

@@ -71,6 +71,11 @@ def _strength(state: State) -> State:
     imgui.set_item_tooltip("Of the six directions' sum; the highest has one texel a face")
     if changed:
         state = state.with_settings(environment_mip=None if level >= top else max(level, 0.0))
+    if state.scene.level.fogs:
+        changed, fog = imgui.checkbox("fog", state.settings.fog)
+        imgui.set_item_tooltip("In the level's fog volumes, lit by the mean of the sky")
+        if changed:
+            state = state.with_settings(fog=fog)
     if state.scene.mesh.baked is None:
         return state
     changed, baked = imgui.input_float(

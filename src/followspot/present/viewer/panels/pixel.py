@@ -114,8 +114,11 @@ def _light(report: PixelReport) -> None:
     imgui.set_item_tooltip("W/m²")
     _row("E around", _numbers(report.environment, ".4g"))
     imgui.set_item_tooltip("W/m², of the sky's light or of what was baked")
+    if report.fog:
+        _row("fog", f"{report.fog:.3f}")
+        imgui.set_item_tooltip("Share of the light from there that fog holds back")
     _row("L", _numbers(report.radiance, ".4g"))
-    imgui.set_item_tooltip("W/(m² sr); rho E / pi where the surface is opaque")
+    imgui.set_item_tooltip("W/(m² sr); rho E / pi where the surface is opaque and no fog before it")
     _row("L x exposure", _numbers(report.exposed, ".4f"))
     _row("displayed", _numbers(report.displayed, ".0f"), report.displayed / 255)
     imgui.set_item_tooltip("sRGB bytes")
