@@ -13,7 +13,7 @@ from followspot.assets.image import Image
 from followspot.assets.shader_parser import find_entries
 from followspot.assets.shader_script import ShaderScript
 from followspot.scene import clouds, sky_files
-from followspot.scene.clouds import GROUND_RADIUS, SIZE, Layer
+from followspot.scene.clouds import GROUND_RADIUS, SIZE, Clouds, Layer
 from followspot.scene.sky import CubeMap
 from followspot.scene.sky_files import BUILTIN_SKY
 from synthetic import cube_map, srgb_decoded, srgb_encoded
@@ -71,7 +71,14 @@ def test_layers_are_mixed_in_linear_light() -> None:
     """Before a box, which alone is seen straight below."""
     added = stage("map a\nblendFunc GL_ONE GL_ONE", plain(100, 100, 0, 255))
     mixed = stage("map b\nblendFunc GL_SRC_ALPHA GL_ONE_MINUS_SRC_ALPHA", plain(0, 200, 90, 64))
-    made = clouds.before(box(), "sky", [added, mixed], 512)
+    made = Clouds(
+        box(),
+        (
+            added,
+            mixed,
+        ),
+        512,
+    ).sky("sky")
     behind, first, second = (
         srgb_decoded(np.array(c) / 255) for c in ((90, 30, 200), (100, 100, 0), (0, 200, 90))
     )
@@ -83,12 +90,12 @@ def test_layers_are_mixed_in_linear_light() -> None:
 
 def test_without_a_box_clouds_are_before_black() -> None:
     opaque = stage("map a", plain(10, 200, 30, 255))
-    made = clouds.before(None, "sky", [opaque], 512)
+    made = Clouds(None, (opaque,), 512).sky("sky")
     assert made.faces.shape == (6, SIZE, SIZE, 4)
     assert (made.faces[:5] == (10, 200, 30, 255)).all()
     assert (made.faces[5] == (0, 0, 0, 255)).all()
     dim = stage("map a\nrgbGen wave square 0.5 0 0 1", plain(255, 255, 255, 255))
-    shown = clouds.before(None, "sky", [dim], 512).faces[0, 0, 0, 0]
+    shown = Clouds(None, (dim,), 512).sky("sky").faces[0, 0, 0, 0]
     assert abs(shown / 255 - srgb_encoded(0.5**2.2)) <= 1 / 255
 
 
@@ -98,7 +105,7 @@ def test_images_repeat_by_their_scale() -> None:
     stripes[:, 32:], stripes[..., 3] = 255, 255
     for scale in (4, 9):
         layer = stage(f"map a\ntcMod scale {scale} 1", Image(stripes, False, "stripes"))
-        face = clouds.before(None, "sky", [layer], 512).faces[4, ..., 0] > 127
+        face = Clouds(None, (layer,), 512).sky("sky").faces[4, ..., 0] > 127
         s = clouds.coordinates(clouds.directions(4, SIZE), 512)[..., 0] * scale
         inside = np.abs(s % 0.5 - 0.25) < 0.23  # not at an edge
         assert inside.mean() > 0.8
@@ -133,7 +140,7 @@ def test_a_skys_script(
     archive: Archive, text: str, colour: tuple[int, ...], problems: list[str]
 ) -> None:
     with archive:
-        found, wrong = sky_files.of_scripts(archive, [script(text)])
+        found, _, wrong = sky_files.of_scripts(archive, [script(text)])
     assert (found.faces[0, ..., :3] == colour).all()
     assert [problem.source for problem in wrong] == problems
 
@@ -141,7 +148,7 @@ def test_a_skys_script(
 def test_the_sky_of_the_package_where_no_script_has_one(archive: Archive) -> None:
     with archive:
         scripts = [script(""), script("skyParms - 512 -"), script("skyParms env/none 512 -")]
-        found, wrong = sky_files.of_scripts(archive, scripts)
+        found, _, wrong = sky_files.of_scripts(archive, scripts)
         assert found.name == BUILTIN_SKY and len(wrong) == 1
         later = script("skyParms - 512 -\n{\nmap env/cloud.png\n}")
         assert sky_files.of_scripts(archive, [*scripts, later])[0].name == "sky"

@@ -11,6 +11,7 @@ from followspot.gpu import gl, textures
 from followspot.gpu.blocks import FRAME
 from followspot.gpu.characters import GpuCrowd
 from followspot.scene.baked import BakedLight
+from followspot.scene.clouds import Clouds
 from followspot.scene.material import Material
 from followspot.scene.scene import Scene
 
@@ -56,6 +57,8 @@ class GpuScene:
         frame_block_holds: What it was last filled from; whoever fills it compares.
         crowd: The characters' figures.
         sky: The sky's cube map with all MIP levels.
+        clouds: Images of its clouds, where they move.
+        behind_clouds: The cube map behind them, if there is one.
         problems: Images that are there but cannot be decoded; white stands in for them.
 
     Raises:
@@ -101,6 +104,19 @@ class GpuScene:
                     )
                 self._shown_as[reading] = shown
         self.sky = textures.upload_cube(context, scene.sky)
+        self.clouds: list[moderngl.Texture] = []
+        self.behind_clouds: moderngl.TextureCube | None = None
+        if scene.clouds is not None and scene.clouds.moves:
+            self._upload_clouds(scene.clouds)
+
+    def _upload_clouds(self, clouds: Clouds) -> None:
+        for layer in clouds.layers:
+            image = layer.image
+            self.clouds.append(
+                textures.upload(self.context, image.pixels, with_alpha=image.has_alpha)
+            )
+        if clouds.box is not None:
+            self.behind_clouds = textures.upload_cube(self.context, clouds.box)
 
     def upload_baked(self) -> None:
         """See to it that baked light is there, if the level has any. Not inside a frame."""
@@ -140,9 +156,9 @@ class GpuScene:
 
     def release(self) -> None:
         """Give the GL objects back."""
-        for texture in (*self._images.values(), self._white):
+        for texture in (*self._images.values(), *self.clouds, self._white):
             texture.release()
         buffers = self.vertices, self.tints, self.sprites, self.baked, self.frame_block
-        for thing in (*buffers, self.lightmaps, self.sky, self.crowd):
+        for thing in (*buffers, self.lightmaps, self.sky, self.behind_clouds, self.crowd):
             if thing is not None:
                 thing.release()

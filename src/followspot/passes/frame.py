@@ -237,7 +237,7 @@ class FramePipeline:
         target.framebuffer.depth_mask = False
         with timed("sky"):
             if has_sky:
-                self._sky.draw()
+                self._sky.draw(frame.time)
         with timed("blended"):
             encode_srgb(self._context, encoded)  # for GL to blend linear light
             self._surfaces.draw_blended(blended, visible.opaque, frame.time)

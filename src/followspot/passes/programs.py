@@ -13,9 +13,10 @@ from followspot.gpu import program
 from followspot.gpu.program import ShaderError, ShaderFolder
 from followspot.passes.materials import Variant
 from followspot.passes.view import SURFACE_VIEWS, View
+from followspot.scene.clouds import MAX_LAYERS
 
-BASE_IMAGE, SHADOW_ATLAS, KEY_POSES, LAYER_IMAGE, LIGHTMAPS = 0, 1, 2, 3, 4
-"""Texture units."""
+BASE_IMAGE, SHADOW_ATLAS, KEY_POSES, LAYER_IMAGE, LIGHTMAPS, CLOUDS = 0, 1, 2, 3, 4, 5
+"""Texture units; of clouds the first one."""
 
 MAX_PROGRAMS = 128
 """Programs kept for views and settings that come back; more than one frame needs at once."""
@@ -28,7 +29,7 @@ _SAMPLERS = {
     "shadow_atlas": SHADOW_ATLAS,
     "key_poses": KEY_POSES,
     "lightmaps": LIGHTMAPS,
-}
+} | {f"cloud_{n}": CLOUDS + n for n in range(MAX_LAYERS)}
 
 Arrays = list[moderngl.VertexArray]
 MakeArrays = Callable[[moderngl.Program], Arrays]

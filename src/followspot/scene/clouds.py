@@ -1,4 +1,7 @@
-"""Clouds: the layers that a sky's script draws before its box, or in place of one, as they stand.
+"""Clouds: the layers that a sky's script draws before its box, or in place of one.
+
+As they stand at first they are part of the sky's cube map, which lights the scene. Where they move,
+pictures show them anew: ``clouds.glsl`` says the same for pixels.
 
 They lie on a sphere so large that it looks like a flat layer above the eye: `GROUND_RADIUS` units
 and the script's height more about a point `GROUND_RADIUS` below. Texture coordinates are the angles
@@ -7,14 +10,15 @@ in radians between the X and Y axes and the place's direction from the sphere's 
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
 from followspot.assets.image import BYTE_TO_LINEAR, Image, linear_to_srgb
+from followspot.assets.shader_motion import Scale, Transform
 from followspot.assets.shader_script import Stage
 from followspot.assets.shader_values import BlendFactor
 from followspot.scene.motion import Motion
@@ -25,6 +29,9 @@ GROUND_RADIUS = 4096.0
 
 SIZE = 256
 """Texels along an edge of a face, where there is no box."""
+
+MAX_LAYERS = 4
+"""Layers that can move; where there are more, all stand still."""
 
 _BELOW = 5
 """Number of the face that looks down."""
@@ -51,29 +58,50 @@ class Layer:
     stage: Stage
     image: Image
 
+    @cached_property
+    def motion(self) -> Motion:
+        """What the image does as time goes by."""
+        return Motion(self.stage.tc_mods, color=self.stage.color_wave)
 
-def before(box: CubeMap | None, name: str, layers: Sequence[Layer], height: float) -> CubeMap:
-    """A sky with its clouds.
 
-    Args:
+@dataclass(frozen=True, eq=False)
+class Clouds:
+    """All of a sky's layers.
+
+    Attributes:
         box: What is behind them; none is black.
-        name: Of the sky.
         layers: In the order in which they are drawn.
         height: Units that they are above the ground; above 0.
     """
-    size = SIZE if box is None else box.faces.shape[1]
-    faces = np.zeros((6, size, size, 4), np.uint8)
-    faces[..., 3] = 255
-    if box is not None:
-        faces[:] = box.faces
-    sheets = [_Sheet(layer, size) for layer in layers]
-    for face in range(_BELOW):
-        places = coordinates(directions(face, size), height)
-        light = BYTE_TO_LINEAR.take(faces[face, ..., :3])
-        for sheet in sheets:
-            light = _blended(sheet.blend, *sheet.at(places), light)
-        faces[face, ..., :3] = _ENCODED.take((light * _STEPS).astype(np.intp))
-    return CubeMap(name, faces)
+
+    box: CubeMap | None
+    layers: tuple[Layer, ...]
+    height: float
+
+    @property
+    def moves(self) -> bool:
+        """Whether they look otherwise as time goes by."""
+        still = (Scale, Transform)
+        motions = [layer.motion for layer in self.layers]
+        scrolls = (not isinstance(mod, still) for each in motions for mod in each.tc_mods)
+        return len(motions) <= MAX_LAYERS and (any(each.pulses for each in motions) or any(scrolls))
+
+    def sky(self, name: str, seconds: float = 0.0) -> CubeMap:
+        """A sky of this name with its clouds as they are at a time."""
+        box = self.box
+        size = SIZE if box is None else box.faces.shape[1]
+        faces = np.zeros((6, size, size, 4), np.uint8)
+        faces[..., 3] = 255
+        if box is not None:
+            faces[:] = box.faces
+        sheets = [_Sheet(layer, size, seconds) for layer in self.layers]
+        for face in range(_BELOW):
+            places = coordinates(directions(face, size), self.height)
+            light = BYTE_TO_LINEAR.take(faces[face, ..., :3])
+            for sheet in sheets:
+                light = _blended(sheet.blend, *sheet.at(places), light)
+            faces[face, ..., :3] = _ENCODED.take((light * _STEPS).astype(np.intp))
+        return CubeMap(name, faces)
 
 
 def directions(face: int, size: int) -> Values:
@@ -106,16 +134,15 @@ def coordinates(directions: Values, height: float) -> Values:
 class _Sheet:
     """A layer's image as fine as the faces' texels, so that the nearest of its own will do."""
 
-    def __init__(self, layer: Layer, size: int) -> None:
-        motion = Motion(layer.stage.tc_mods, color=layer.stage.color_wave)
-        (a, b), (c, d), shift = motion.terms(0.0)[:3]
+    def __init__(self, layer: Layer, size: int, seconds: float) -> None:
+        (a, b), (c, d), shift = layer.motion.terms(seconds)[:3]
         turn = np.array([(a, b), (c, d)], np.float32)
         step = math.sqrt(abs(a * d - b * c)) / size  # half of a texel in the middle of a face
         wanted = min(max(round(1 / max(step, 1e-6)), 1), _LARGEST)
         picture = PillowImage.fromarray(layer.image.pixels)
         self._texels = np.asarray(picture.resize((wanted, wanted), PillowImage.Resampling.BICUBIC))
         self._turn, self._shift = turn * wanted, np.array(shift, np.float32) * wanted
-        self._brightness = np.float32(motion.pulse(0.0)[0])
+        self._brightness = np.float32(layer.motion.pulse(seconds)[0])
         self.blend = layer.stage.blend
 
     def at(self, places: Values) -> tuple[Values, Values]:

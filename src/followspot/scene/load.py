@@ -139,10 +139,10 @@ def _assemble(
     on_step("build geometry")
     skies = [s for n in sky_files.shaders(bsp) if (s := scripts.find(n)) is not None]
     if file.sky is None:
-        cube, trouble = sky_files.of_scripts(archive, skies)
+        sky = sky_files.of_scripts(archive, skies)
     else:
         with asked_by(name, "sky"):
-            cube, trouble = sky_files.read(archive, file.sky), []
+            sky = sky_files.Found(sky_files.read(archive, file.sky), None, [])
     on_step("read sky")
     own = {camera: entry.camera(camera) for camera, entry in file.cameras.items()}
     spawns = spawn_cameras(bsp)
@@ -158,7 +158,8 @@ def _assemble(
         name=name,
         archive=archive,
         level=built,
-        sky=cube,
+        sky=sky.sky,
+        clouds=sky.clouds,
         crowd=crowd,
         props=placed,
         sun=next((s.sun for s in skies if s.sun is not None), None),
@@ -170,7 +171,7 @@ def _assemble(
         metres_per_unit=file.metres_per_unit,
         settings=file.settings,
         missing=tuple(missing.values()),
-        problems=(*archive.problems, *scripts.problems, *trouble, *figures.problems),
+        problems=(*archive.problems, *scripts.problems, *sky.problems, *figures.problems),
     )
     if file.lights is None:
         scene = with_chosen_light(scene, [scene.camera()])

@@ -16,6 +16,7 @@ from followspot.errors import AssetError, UsageError
 from followspot.game import EYE_HEIGHT
 from followspot.scene.camera import STEEPEST, Camera
 from followspot.scene.character import Crowd
+from followspot.scene.clouds import Clouds
 from followspot.scene.level import Level, Visibility
 from followspot.scene.light import Light
 from followspot.scene.material import Material
@@ -45,6 +46,7 @@ class Scene:
         crowd: The characters.
         props: Things that never move; the level's mesh has them too.
         sky: The cube map behind everything, which also lights it.
+        clouds: What of the sky may move, if it has any.
         sun: Of the level's sky script, where it has one.
         lights: In the scene file's or command line's order.
         lights_chosen: Whether the program chose the lights, since nobody gave any.
@@ -64,6 +66,7 @@ class Scene:
     sky: CubeMap
     crowd: Crowd = field(default_factory=Crowd)
     props: tuple[Prop, ...] = ()
+    clouds: Clouds | None = None
     sun: Sun | None = None
     lights: tuple[Light, ...] = ()
     lights_chosen: bool = False
@@ -96,7 +99,8 @@ class Scene:
     def moves(self) -> bool:
         """Whether pictures of it follow the time."""
         worn = (*self.materials, *self.crowd.materials)
-        return len(self.crowd) > 0 or any(material.moves for material in worn)
+        moves = any(material.moves for material in worn)
+        return moves or len(self.crowd) > 0 or (self.clouds is not None and self.clouds.moves)
 
     @property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

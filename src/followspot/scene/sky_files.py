@@ -1,6 +1,7 @@
 """From a level's sky shaders to its sky: images of a box, clouds before it, or both."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from followspot.assets import image
 from followspot.assets.archive import Archive
@@ -9,8 +10,8 @@ from followspot.assets.image import Image
 from followspot.assets.shader_script import ShaderScript, Stage
 from followspot.assets.surface_flags import Surface
 from followspot.errors import AssetError
-from followspot.scene import clouds, sky
-from followspot.scene.clouds import Layer
+from followspot.scene import sky
+from followspot.scene.clouds import Clouds, Layer
 from followspot.scene.search import BUILTIN
 from followspot.scene.sky import CubeMap
 
@@ -24,14 +25,22 @@ def shaders(bsp: BspFile) -> list[str]:
     return [bsp.shader_names[n] for n in sorted(set(used), key=lambda n: (-used.count(n), n))]
 
 
-def of_scripts(
-    archive: Archive, scripts: Sequence[ShaderScript]
-) -> tuple[CubeMap, list[AssetError]]:
-    """The first script's that has anything to show; else the sky that comes with the package.
+class Found(NamedTuple):
+    """A sky.
 
-    Returns:
-        The sky, and what is wrong with those that were passed over.
+    Attributes:
+        sky: With its clouds as they are at first.
+        clouds: They, where there are some.
+        problems: What is wrong with those that were passed over.
     """
+
+    sky: CubeMap
+    clouds: Clouds | None
+    problems: list[AssetError]
+
+
+def of_scripts(archive: Archive, scripts: Sequence[ShaderScript]) -> Found:
+    """The first script's that has anything to show; else the sky that comes with the package."""
     problems: list[AssetError] = []
     for script in scripts:
         if script.sky_box is None:
@@ -45,11 +54,12 @@ def of_scripts(
                 problems.append(error)
         layers = _layers(archive, script.stages, problems)
         if layers:
-            return clouds.before(box, script.name, layers, max(height, 1.0)), problems
+            clouds = Clouds(box, tuple(layers), max(height, 1.0))
+            return Found(clouds.sky(script.name), clouds, problems)
         if box is not None:
-            return box, problems
+            return Found(box, None, problems)
     with Archive.open([BUILTIN / "courtyard.pk3"]) as builtin:
-        return read(builtin, BUILTIN_SKY), problems
+        return Found(read(builtin, BUILTIN_SKY), None, problems)
 
 
 def _layers(archive: Archive, stages: Sequence[Stage], problems: list[AssetError]) -> list[Layer]:

@@ -1,6 +1,9 @@
 #version 330 core
 #include "common/frame.glsl"
 #include "common/srgb.glsl"
+#ifdef CLOUDS
+#include "common/clouds.glsl"
+#endif
 #if FOGS > 0
 #include "common/fog.glsl"
 #endif
@@ -13,7 +16,15 @@ in vec3 direction;
 out vec4 value;
 
 void main() {
-    value.rgb = texture(sky, direction).rgb * (sky_scale.x * output_scale.x);
+#ifdef NO_BOX
+    value.rgb = vec3(0.0);
+#else
+    value.rgb = texture(sky, direction).rgb;
+#endif
+#ifdef CLOUDS
+    value.rgb = with_clouds(direction, value.rgb);
+#endif
+    value.rgb *= sky_scale.x * output_scale.x;
 #if FOGS > 0
     vec4 fog = fog_along(direction, FOREVER);
     value.rgb = mix(glow_of_fog(fog), value.rgb, through_fog(fog));
