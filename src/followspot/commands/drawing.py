@@ -23,6 +23,7 @@ from followspot.commands.options import (
     SecondsOption,
     SetOption,
     SizeOption,
+    SupersampleOption,
     TimeOption,
     folder,
 )
@@ -60,6 +61,7 @@ def render(
     animation: AnimationOption = None,
     time: TimeOption = 0.0,
     items: ItemsOption = False,
+    supersample: SupersampleOption = 1,
     overlay: Annotated[
         str | None,
         typer.Option(
@@ -106,6 +108,7 @@ def render(
             animation=animation,
             time=time,
             items=items,
+            supersample=supersample,
             overlays=overlay,
             culled_from=culled_from,
         ),
@@ -166,12 +169,7 @@ def film(
         int,
         typer.Option("--samples", min=1, help="Moments averaged a frame: motion blur."),
     ] = 1,
-    supersample: Annotated[
-        int,
-        typer.Option(
-            "--supersample", min=1, max=16, help="Pixels drawn along an edge of each of the film's."
-        ),
-    ] = 1,
+    supersample: SupersampleOption = 1,
     jobs: JobsOption = 1,
     light: LightOption = None,
     albedo: AlbedoOption = None,

@@ -78,6 +78,15 @@ SetOption = Annotated[
         "redraw_shadows.",
     ),
 ]
+SupersampleOption = Annotated[
+    int,
+    typer.Option(
+        "--supersample",
+        min=1,
+        max=16,
+        help="Pixels drawn along an edge of each that is written, which is their mean.",
+    ),
+]
 NoShadowsOption = Annotated[bool, typer.Option("--no-shadows", help="Lights pass through walls.")]
 NoSkyLightOption = Annotated[
     bool, typer.Option("--no-sky-light", help="The environment lights nothing.")

@@ -32,6 +32,19 @@ def parse_size(text: str) -> tuple[int, int]:
     return size
 
 
+def require_drawable(size: tuple[int, int], supersample: int) -> None:
+    """See that a picture with so many pixels drawn along an edge of each is not too large.
+
+    Raises:
+        UsageError: it is.
+    """
+    if max(size) * supersample > LARGEST_EDGE:
+        raise UsageError(
+            f"--supersample: expected at most {LARGEST_EDGE} pixels drawn along an edge, "
+            f"found {max(size)} x {supersample}"
+        )
+
+
 def parse_camera(
     text: str | None, fov: float | None, scene: Scene, option: str = "--camera"
 ) -> Camera:

@@ -101,11 +101,7 @@ def check(size: tuple[int, int], wish: FilmWish, *, is_folder: bool = False) -> 
         raise UsageError(f"--samples: expected 1 to {MAX_SAMPLES} moments, found {wish.samples}")
     if not 1 <= wish.jobs <= MAX_JOBS:
         raise UsageError(f"--jobs: expected 1 to {MAX_JOBS} processes, found {wish.jobs}")
-    if max(size) * wish.supersample > arguments.LARGEST_EDGE:
-        raise UsageError(
-            f"--supersample: expected at most {arguments.LARGEST_EDGE} pixels drawn along an edge, "
-            f"found {max(size)} x {wish.supersample}"
-        )
+    arguments.require_drawable(size, wish.supersample)
     if not is_folder and not video.can_hold(size):
         raise UsageError(f"--size: {size[0]}x{size[1]} is too large for a film; a folder holds it")
 

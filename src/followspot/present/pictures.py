@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from followspot.assets.image import BYTE_TO_LINEAR, linear_to_srgb
 from followspot.errors import UsageError
 from followspot.present.files import write_whole
 
@@ -26,6 +27,26 @@ def is_linear(path: Path) -> bool:
         known = ", ".join(DISPLAY_ENDINGS + LINEAR_ENDINGS)
         raise UsageError(f"{path}: expected a file name that ends in {known}")
     return ending in LINEAR_ENDINGS
+
+
+def averaged(picture: NDArray[Any], edge: int, *, encoded: bool) -> NDArray[Any]:
+    """A picture of the means of squares of pixels.
+
+    Args:
+        picture: (h, w) or (h, w, 3); h and w are multiples of `edge`.
+        edge: Of a square, in pixels.
+        encoded: Whether it is sRGB bytes, which are decoded for it and encoded again.
+
+    Returns:
+        One pixel for each square, of the same type.
+    """
+    height, width = (length // edge for length in picture.shape[:2])
+    values = BYTE_TO_LINEAR.take(picture) if encoded else picture
+    rest = picture.shape[2:]
+    mean = values.reshape(height, edge, width, edge, *rest).mean(axis=(1, 3), dtype=np.float64)
+    if encoded:
+        mean = linear_to_srgb(mean) * 255
+    return np.asarray(np.rint(mean) if picture.dtype == np.uint8 else mean, picture.dtype)
 
 
 def save(path: Path, picture: NDArray[Any], channel: str = "Y") -> None:

@@ -90,7 +90,8 @@ class Renderer:
         """
         now = self._gpu_scene
         if now is not None and all(
-            getattr(now.scene, part) is getattr(scene, part) for part in ("level", "sky", "clouds", "crowd")
+            getattr(now.scene, part) is getattr(scene, part)
+            for part in ("level", "sky", "clouds", "crowd")
         ):
             return now
         self._drop_scene()

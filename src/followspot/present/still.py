@@ -27,6 +27,7 @@ class Wish:
     camera: str | None = None
     fov: float | None = None
     size: str = "640x480"
+    supersample: int = 1
     lights: Sequence[str] = ()
     albedo: float | None = None
     assets: Sequence[Path] = ()
@@ -108,11 +109,15 @@ def render(name: str, output: Path, wish: Wish) -> None:
     overlays = [named(Overlay, each.strip()) for each in (wish.overlays or "").split(",") if each]
     if view is View.SHADOW_MAP and overlays:
         raise UsageError(f"--overlay: expected none over a shadow map, found {wish.overlays}")
+    if view is View.SHADOW_MAP and wish.supersample > 1:
+        raise UsageError(f"--supersample: expected 1 for a shadow map, found {wish.supersample}")
+    arguments.require_drawable(size, wish.supersample)
     scene, camera = open_scene(name, wish)
     culled_from = None
     if wish.culled_from is not None:
         culled_from = arguments.parse_camera(wish.culled_from, wish.fov, scene, "--culled-from")
-    with Renderer(size) as renderer:
+    width, height = size
+    with Renderer((width * wish.supersample, height * wish.supersample)) as renderer:
         picture = renderer.render(
             scene,
             camera,
@@ -122,5 +127,8 @@ def render(name: str, output: Path, wish: Wish) -> None:
             overlays=overlays,
             culled_from=culled_from,
         )[view]
+    if wish.supersample > 1:
+        encoded = view.is_encoded and not linear
+        picture = pictures.averaged(picture, wish.supersample, encoded=encoded)
     depth = view in (View.DEPTH, View.SHADOW_MAP)
     pictures.save(output, picture, channel="Z" if depth else "Y")
