@@ -14,8 +14,10 @@ from followspot.passes.view import View
 from followspot.present.pixel import PixelReport, inspect_pixel
 from followspot.present.viewer.asking import Found
 from followspot.present.viewer.state import Look
+from followspot.scene.fog import Fog
 from followspot.scene.light import SpotLight
 from followspot.scene.settings import CullFace
+from followspot.spaces import vec3
 
 
 def found(finger: Finger) -> Found:
@@ -229,6 +231,15 @@ def colouring(finger: Finger) -> None:
     finger.wait(lambda state: not state.look.sky_light)
     context.item_input_value("//Environment/MIP level used", 20.0)
     finger.wait(lambda state: state.settings.environment_mip is None)
+    scene = finger.state.scene
+    assert not context.item_exists("//Environment/fog")
+    mins, maxs = map(vec3, scene.bounds)
+    fog = Fog(mins, maxs, np.full(3, 0.5), 0.001)
+    level = replace(scene.level, fogs=(fog,))
+    finger.viewer.state = replace(finger.state, scene=replace(scene, level=level))
+    finger.wait(lambda state: state.settings.fog and context.item_exists("//Environment/fog"))
+    finger.click("//Environment/fog")
+    finger.wait(lambda state: not state.settings.fog)
 
     assert not found(finger).thumbnails
     context.window_focus("//Assets")
