@@ -398,6 +398,7 @@ def test_an_interrupt_leaves_the_frames_done_so_far(
 ) -> None:
     process = start(
         "-o", "film.mp4", "--seconds", "3000", "--max-bytes", "9999999", "--jobs", jobs,
+        "--set", "exposure=1",  # which would be measured for every second first
         cwd=tmp_path,
     )  # fmt: skip
     wait_for(lambda: any(path.stat().st_size > 0 for path in tmp_path.glob(".*/film.mp4")), process)
