@@ -21,11 +21,13 @@ from followspot.levelbuilder import (
     room,
     write_pk3,
 )
-from followspot.scene import auto_path, bsp_tree, gaze, smooth_way
+from followspot.scene import auto_path, bsp_tree, fog, gaze, smooth_way
+from followspot.scene.fog import Fog
 from followspot.scene.load import load, load_figure
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.path import CameraPath
 from followspot.scene.scene import Scene, spawn_cameras
+from followspot.spaces import vec3
 from synthetic import make_scene
 
 SECONDS = 12.0
@@ -135,6 +137,28 @@ def test_it_keeps_off_walls_where_it_can(name: str) -> None:
     scene, path = found(name)
     eyes = path.positions(np.linspace(0, SECONDS, 700))
     assert OpenSpace(scene.level, 32.0).is_free(eyes).mean() > 0.85
+
+
+@pytest.mark.openarena
+@pytest.mark.parametrize("name", ["oacmpdm9", "hydronex", "oa_koth1"])
+def test_it_keeps_out_of_fog(name: str) -> None:
+    """Those are pits, a pond and a sea of fog, with room in it for a flight."""
+    scene, path = found(name)
+    places = every(path, 8.0)
+    assert len(scene.level.fogs) > 0
+    for each in scene.level.fogs:
+        assert not fog.holds(each, places).any()
+    unaware = auto_path.find(replace(scene, level=replace(scene.level, fogs=())), SECONDS)
+    assert name != "oacmpdm9" or fog.holds(scene.level.fogs[0], every(unaware, 8.0)).any()
+
+
+def test_fog_that_players_begin_in_is_flown_through() -> None:
+    scene, path = found("courtyard")
+    mins, maxs = map(vec3, scene.bounds)
+    everywhere = Fog(mins, maxs, np.ones(3), 0.001)
+    level = replace(scene.level, fogs=(everywhere,))
+    again = auto_path.find(replace(scene, level=level), SECONDS)
+    assert again.keys[5].position.tolist() == path.keys[5].position.tolist()
 
 
 @pytest.mark.parametrize("name", LEVELS)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from followspot.arrays import Floats
+from followspot.arrays import Floats, Mask
 from followspot.assets.binary import text_until_nul
 from followspot.assets.bsp import BspFile
 from followspot.assets.image import srgb_to_linear
@@ -84,6 +84,11 @@ def _box(bsp: BspFile, brush: int) -> tuple[Vec3, Vec3]:
         elif normal[axis] < -_AXIAL:
             mins[axis] = max(mins[axis], -distance)
     return mins, np.maximum(mins, maxs)
+
+
+def holds(fog: Fog, points: Floats, margin: float = 0.0) -> Mask:
+    """(n,) which of (n, 3) world places are in a volume, or at most so many units beside it."""
+    return np.asarray(((points > fog.mins - margin) & (points < fog.maxs + margin)).all(axis=1))
 
 
 def optical_depths(fogs: Sequence[Fog], eye: Floats, places: Floats) -> Floats:
