@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from followspot.arrays import Floats, Ints, Mask
-from followspot.scene import bsp_tree, fog
+from followspot.scene import bsp_tree
 from followspot.scene.level import Level
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.scene import spawn_cameras
@@ -61,10 +61,9 @@ class Lattice:
         # Boxes that touch: what is free around two neighbours is free all the way between them.
         room = space.sized(max(spacing / 2, ROOM))
         is_open[is_open] = room.is_free(points[is_open])
-        eyes = np.array([camera.position for camera in spawn_cameras(level.bsp).values()])
-        is_open = _out_of_fog(level, is_open, points, eyes)
         strides = (shape[1] * shape[2], shape[2], 1)
         steps = np.array([sign * stride for stride in strides for sign in (1, -1)])
+        eyes = np.array([camera.position for camera in spawn_cameras(level.bsp).values()])
         lattice = cls(origin, spacing, shape, is_open, steps)
         return cls(origin, spacing, shape, lattice._main_part(eyes), steps)
 
@@ -172,14 +171,3 @@ class Lattice:
             last = turns[0] if turns else int(fits[0])
             way.append(int(around[last]))
         return way[::-1]
-
-
-def _out_of_fog(level: Level, is_open: Mask, points: Floats, eyes: Floats) -> Mask:
-    """(points,) open ones but for those in fog, where nothing is seen; no volume in which players
-    begin counts, and none if nothing were left.
-    """
-    clear = is_open.copy()
-    for each in level.fogs:
-        if not fog.holds(each, eyes).any():
-            clear &= ~fog.holds(each, points, ROOM)
-    return clear if clear.any() else is_open

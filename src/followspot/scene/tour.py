@@ -1,14 +1,15 @@
 """A tour of a level, from place to place worth passing, on its lattice of points with room.
 
 Places are spawn points, and open ones far from all others to which one may walk from there. It goes
-always on to the nearest that has not been passed, preferably by ways not yet gone, and with ground
-below: levels in space are mostly nothing, where there is nothing to see.
+always on to the nearest that has not been passed, preferably by ways not yet gone, with ground
+below, and out of fog: levels in space are mostly nothing, and in fog there is nothing to see.
 """
 
 import numpy as np
 
 from followspot.arrays import Floats, Ints, Mask
 from followspot.errors import UsageError
+from followspot.scene import fog
 from followspot.scene.gaze import Lookout
 from followspot.scene.lattice import Cells, Lattice
 from followspot.scene.level import Level
@@ -22,6 +23,7 @@ _LOW, _HIGH = 88.0, 264.0  # units over the ground that places and ways are at m
 _PLACES = 12  # besides spawn points
 _STARTS = 8  # spawn points with the most room, among which the view decides
 _VOID, _TRODDEN = 4, 6  # what a step costs more without ground below, and where one has been
+_HIDDEN = 40  # likewise in fog
 
 
 def find(scene: Scene, lattice: Lattice, lookout: Lookout, length: float, passing: float) -> Floats:
@@ -48,9 +50,11 @@ def find(scene: Scene, lattice: Lattice, lookout: Lookout, length: float, passin
     spawns = spawns or [int(others[0])]
     roomiest = sorted(spawns, key=lambda cell: -clearance[cell])[:_STARTS]
     start = roomiest[int(lookout.best_view(lattice.points(np.array(roomiest))).argmax())]
+    hidden = _in_fog(scene.level, lattice, np.array(eyes))
     stops = _with_far_ones(lattice, spawns, others, 2 * passing)
+    stops = [stop for stop in stops if not hidden[stop] or stop == start]
     cost = np.where(lattice.open, _ROOMY + 1 - clearance, 0)
-    cost += _VOID * (lattice.open & ~_above(lattice, ground, _HIGH))
+    cost += _VOID * (lattice.open & ~_above(lattice, ground, _HIGH)) + _HIDDEN * hidden
     return lattice.points(_route(lattice, cost, stops, start, length, passing))
 
 
@@ -63,6 +67,17 @@ def _ground(level: Level, lattice: Lattice) -> Mask:
     ground = np.zeros_like(lattice.open)
     ground[floor[drawn] if drawn.any() else floor] = True
     return ground
+
+
+def _in_fog(level: Level, lattice: Lattice, eyes: Floats) -> Mask:
+    """(points,) open ones in or near fog, but for that in which players begin."""
+    found = np.zeros_like(lattice.open)
+    cells = np.flatnonzero(lattice.open)
+    points = lattice.points(cells)
+    for each in level.fogs:
+        if not fog.holds(each, eyes).any():
+            found[cells] |= fog.holds(each, points, lattice.spacing)
+    return found
 
 
 def _above(lattice: Lattice, ground: Mask, units: float) -> Mask:
