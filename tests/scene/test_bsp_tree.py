@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 from followspot.assets.binary import run_members
 from followspot.assets.bsp import LUMPS, BspFile
 from followspot.assets.bsp_reader import read_bsp
-from followspot.scene.bsp_tree import leaf_is_solid, point_leafs, trace, visible_leafs
+from followspot.scene.bsp_tree import (
+    box_leafs,
+    leaf_is_solid,
+    point_leafs,
+    trace,
+    visible_leafs,
+)
+from followspot.scene.load import load
 
 OPENARENA = Path("/usr/share/games/openarena/baseoa")
 LEVELS = [
@@ -262,3 +269,21 @@ def test_what_a_free_line_reaches_is_visible(pak: str, name: str) -> None:
         assert seen[free].all()
         hidden += int((~seen).sum())
     assert hidden > 0  # or the test says nothing
+
+
+def test_boxes_reach_into_the_leafs_of_their_points() -> None:
+    bsp = load("courtyard").level.bsp
+    rng = np.random.default_rng(2)
+    low = rng.uniform(-600, 600, (40, 3))
+    high = low + rng.uniform(0, 200, (40, 3))
+    boxes, leafs = box_leafs(bsp, low, high)
+    pairs = set(zip(boxes.tolist(), leafs.tolist(), strict=True))
+    assert len(pairs) == len(boxes)
+    for number in range(40):
+        inside = rng.uniform(low[number], high[number], (300, 3))
+        for leaf in point_leafs(bsp, inside).tolist():
+            assert (number, leaf) in pairs
+    # A box so small that it touches no plane is where its middle is.
+    tiny = rng.uniform(-600, 600, (200, 3))
+    boxes, leafs = box_leafs(bsp, tiny - 1e-9, tiny + 1e-9)
+    assert leafs[np.argsort(boxes)].tolist() == point_leafs(bsp, tiny).tolist()

@@ -479,24 +479,6 @@ def test_no_prop_of_a_level_is_hidden_from_whom_sees_its_place(folder: Path) -> 
     assert hidden > 100
 
 
-def test_boxes_reach_into_the_leafs_of_their_points(yard: Path) -> None:
-    bsp = load("courtyard").level.bsp
-    rng = np.random.default_rng(2)
-    low = rng.uniform(-600, 600, (40, 3))
-    high = low + rng.uniform(0, 200, (40, 3))
-    boxes, leafs = bsp_tree.box_leafs(bsp, low, high)
-    pairs = set(zip(boxes.tolist(), leafs.tolist(), strict=True))
-    assert len(pairs) == len(boxes)
-    for number in range(40):
-        inside = rng.uniform(low[number], high[number], (300, 3))
-        for leaf in bsp_tree.point_leafs(bsp, inside).tolist():
-            assert (number, leaf) in pairs
-    # A box so small that it touches no plane is where its middle is.
-    tiny = rng.uniform(-600, 600, (200, 3))
-    boxes, leafs = bsp_tree.box_leafs(bsp, tiny - 1e-9, tiny + 1e-9)
-    assert leafs[np.argsort(boxes)].tolist() == bsp_tree.point_leafs(bsp, tiny).tolist()
-
-
 @pytest.mark.parametrize("name", FILES)
 def test_a_mesh_alone_stands_on_a_plain_floor(folder: Path, name: str) -> None:
     scene = load_figure(str(folder / name))

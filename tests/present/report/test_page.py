@@ -34,8 +34,10 @@ from followspot.present.report.stage_numbers import measure
 from followspot.present.report.steps import all_steps
 from followspot.present.still import Wish
 from followspot.scene.camera import Camera
+from followspot.scene.fog import Fog
 from followspot.scene.load import load
 from followspot.scene.scene import Scene
+from followspot.spaces import vec3
 from synthetic import (
     DIM,
     SIZE,
@@ -260,6 +262,10 @@ def test_where_light_comes_from(renderer: Renderer) -> None:
     numbers = measure(material(renderer, lamp))
     assert numbers.albedo_mean == numbers.albedo_largest == 1
     assert numbers.product_share == 1 and numbers.product_error < 1e-6
+    low, high, grey = (vec3((x, x, x)) for x in (-900, 900, 0.5))
+    fog = Fog(low, high, grey, 0.01)
+    foggy = replace(lamp, level=replace(lamp.level, fogs=(fog,)))
+    assert measure(material(renderer, foggy)) == numbers, "of surfaces, not of what is before them"
     nothing = measure(material(renderer, lamp, view=camera((0, 0, 100), pitch=-60)))
     assert nothing.albedo_largest == nothing.unlit_share == 0
 

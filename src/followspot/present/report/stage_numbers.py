@@ -38,7 +38,10 @@ class StageNumbers(msgspec.Struct, frozen=True):
 
 
 def measure(material: Material) -> StageNumbers:
-    """Draw the linear values of every stage from the material's viewpoint and compare them."""
+    """Draw the linear values of every stage from the material's viewpoint and compare them.
+
+    Without fog, which hangs before the last stage alone.
+    """
     views = (
         View.FINAL, View.NORMALS, View.LAMBERTIAN, View.SHADING, View.DIRECT, View.ENVIRONMENT,
         View.SHADOW, View.DEPTH,
@@ -66,7 +69,8 @@ def measure(material: Material) -> StageNumbers:
 
 def _draw(material: Material, views: tuple[View, ...], *, shadows: bool) -> dict[str, Floats]:
     scene = material.scene
-    settings = msgspec.structs.replace(scene.settings, shadows=shadows and scene.settings.shadows)
+    shadows = shadows and scene.settings.shadows
+    settings = msgspec.structs.replace(scene.settings, shadows=shadows, fog=False)
     drawn = material.renderer.render(scene, material.camera, views, settings=settings, linear=True)
     return {view: values.astype(np.float64) for view, values in drawn.items()}
 
