@@ -140,11 +140,12 @@ class FramePipeline:
         self._is_encoded = False
 
     def prepare(self, frame: FrameInput, target: Target) -> None:
-        """Compile and allocate what frames like this one need; `draw` then creates nothing.
+        """Compile and allocate what a frame needs, and frames like it; `draw` then creates nothing.
 
         Args:
-            frame: One of them: with the same fog in view, apart from lights, settings and the view.
-            target: What they are drawn into, or one of its kind.
+            frame: The one that is drawn next. In a level without fog, any with its view, settings,
+                sky and numbers of lights will do: what fog is in view is looked up here.
+            target: What it is drawn into, or one of its kind.
 
         Raises:
             ShaderError: a shader that has not been needed so far does not compile. Frames like
@@ -189,7 +190,7 @@ class FramePipeline:
 
         Args:
             frame: What to draw.
-            target: What to draw it into; `prepare` has been called for frames and targets like it.
+            target: What to draw it into; `prepare` has been called for both.
             timed: Gives for each of `PASSES` a context to draw it in.
             part: Of the target, to draw only there what the whole picture would show; the rest
                 stays as it is.
