@@ -30,7 +30,7 @@ from followspot.passes.frame import FrameInput
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.deform import Deforms
-from followspot.scene.material import Material, Shade
+from followspot.scene.material import Layer, Material, Shade
 from followspot.scene.motion import STILL, Motion
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
@@ -121,8 +121,8 @@ def test_images_are_looked_up_where_mods_move_them(
     moving = replace(still, motion=motion)
     if is_layer:
         base = Motion((Scroll(0.1, 0.7),))
-        moving = Material("m", "a.png", layer="noise.png", motion=base, layer_motion=motion)
-        still = Material("still", "a.png", layer="noise.png")
+        moving = Material("m", "a.png", layer=Layer("noise.png", motion=motion), motion=base)
+        still = Material("still", "a.png", layer=Layer("noise.png"))
     expected = rho(draw, archive, moved(ground(still), mods, TIME))
     found = rho(draw, archive, ground(moving), time=TIME)
     assert np.isclose(found, expected, atol=2e-3).mean() > 0.99
@@ -133,8 +133,8 @@ def test_base_and_layer_share_coordinates_where_their_mods_are_the_same(
     draw: Draw, archive: Archive
 ) -> None:
     mods = (Scroll(0.2, 0.3),)
-    layered = Material("l", "moved.png", layer="half.png")
-    moving = replace(layered, motion=Motion(mods), layer_motion=Motion(mods))
+    layered = Material("l", "moved.png", layer=Layer("half.png"))
+    moving = replace(layered, motion=Motion(mods), layer=Layer("half.png", motion=Motion(mods)))
     expected = rho(draw, archive, moved(ground(layered), mods, TIME))
     np.testing.assert_allclose(rho(draw, archive, ground(moving), time=TIME), expected, atol=1e-4)
 
@@ -147,10 +147,10 @@ def test_images_follow_each_other(draw: Draw, archive: Archive, seconds: float) 
     picture = rho(draw, archive, ground(Material("m", "a.png", motion=base)), time=seconds)
     color = srgb_decoded(np.array(COLORS["abc"[number]]) / 255)
     np.testing.assert_allclose(picture[-1, 80], color, atol=2e-3)
-    layer = Motion(frames=("noise.png", "half.png"), rate=2)
-    material = Material("l", "a.png", layer="noise.png", motion=base, layer_motion=layer)
+    layer = Layer("noise.png", motion=Motion(frames=("noise.png", "half.png"), rate=2))
+    material = Material("l", "a.png", layer=layer, motion=base)
     shown = ("noise.png", "half.png")[math.floor(seconds * 2) % 2]
-    still = Material("still", f"{'abc'[number]}.png", layer=shown)
+    still = Material("still", f"{'abc'[number]}.png", layer=Layer(shown))
     np.testing.assert_array_equal(
         rho(draw, archive, ground(material), time=seconds), rho(draw, archive, ground(still))
     )
@@ -159,11 +159,11 @@ def test_images_follow_each_other(draw: Draw, archive: Archive, seconds: float) 
 def test_a_layer_is_laid_over_only_where_its_alpha_test_keeps_it(
     draw: Draw, archive: Archive
 ) -> None:
-    layered = Material("l", "a.png", layer="half.png")
+    layered = Material("l", "a.png", layer=Layer("half.png"))
     base = rho(draw, archive, ground(Material("b", "a.png")))
     mixed = rho(draw, archive, ground(layered))
     shown = {
-        test: rho(draw, archive, ground(replace(layered, layer_alpha_test=test)))
+        test: rho(draw, archive, ground(replace(layered, layer=Layer("half.png", alpha_test=test))))
         for test in AlphaTest
     }
     np.testing.assert_array_equal(shown[AlphaTest.GT0], mixed)
@@ -203,7 +203,7 @@ def test_glass_fades_by_its_alpha(draw: Draw, archive: Archive) -> None:
 def test_what_characters_wear_moves_too(draw: Draw, archive: Archive) -> None:
     """Turbulence by vertices' places in the model, wherever that stands."""
     mods = (Scroll(0.3, 0.1), Turbulence(0.4, 0.2, 1))
-    material = Material("worn", "noise.png", layer="half.png", motion=Motion(mods))
+    material = Material("worn", "noise.png", layer=Layer("half.png"), motion=Motion(mods))
     piece = ground(material)
     still = ground(replace(material, motion=STILL))
     expected_base = moved(still, mods, TIME)
@@ -226,7 +226,7 @@ def test_what_characters_wear_moves_too(draw: Draw, archive: Archive) -> None:
 
 def test_frames_of_moving_surfaces_create_nothing(renderer: Renderer, archive: Archive) -> None:
     motion = Motion((Scroll(1, 1), Turbulence(1, 0, 1)), ("a.png", "b.png"), 5)
-    material = Material("m", "a.png", layer="noise.png", motion=motion)
+    material = Material("m", "a.png", layer=Layer("noise.png"), motion=motion)
     scene = make_scene([ground(material)], archive=archive)
     renderer.open(scene)
 
@@ -256,13 +256,13 @@ def test_programs_of_a_still_level_know_nothing_of_motion(
 
     added = {"base_moved", "base_swayed", "layer_moved", "layer_swayed", "pulse"}
     added |= {"displaced", "swell"}
-    still = Material("s", "noise.png", layer="half.png"), Material("g", "a.png", blend=ADDS)
+    still = Material("s", "noise.png", layer=Layer("half.png")), Material("g", "a.png", blend=ADDS)
     found, uniforms = macros(*still)
     assert found == set() and not uniforms & added
     sways, wave = Motion((Turbulence(1, 0, 1),)), Wave(Shape.SIN, 1, 1, 0, 1)
     found, uniforms = macros(
-        replace(still[0], motion=sways), replace(still[0], layer_motion=sways),
-        replace(still[0], layer_alpha_test=AlphaTest.GE128),
+        replace(still[0], motion=sways), replace(still[0], layer=Layer("half.png", motion=sways)),
+        replace(still[0], layer=Layer("half.png", alpha_test=AlphaTest.GE128)),
         replace(still[1], motion=Motion(color=wave)),
         replace(still[1], deforms=Deforms((Move((1, 1, 1), wave),), Swell(1, wave), Sprite.WHOLE)),
     )  # fmt: skip

@@ -16,7 +16,7 @@ from followspot.arrays import Floats
 from followspot.assets.archive import Archive
 from followspot.assets.shader_motion import Rotate, Scroll
 from followspot.passes.view import View
-from followspot.scene.material import Material
+from followspot.scene.material import Laid, Layer, Material
 from followspot.scene.motion import STILL, Motion
 from synthetic import Piece, floor, image_archive, looking, make_scene, of, rotation, sphere
 
@@ -92,8 +92,22 @@ def test_what_lies_over_a_mirror_stays_where_it_is(draw: Draw, archive: Archive)
     over = replace(MIRROR, image="half.png", mirrors=False)
     both, mirror, layer = (
         draw(make_scene(placed(ball(m), PLACE), archive=archive), VIEW, View.LAMBERTIAN)
-        for m in (replace(MIRROR, layer="half.png"), MIRROR, over)
+        for m in (replace(MIRROR, layer=Layer("half.png")), MIRROR, over)
     )
     expected = mirror + (layer - mirror) * COVERAGE / 255
     assert np.abs(layer - mirror).mean() > 0.02
     np.testing.assert_allclose(both, expected, atol=2e-3)
+
+
+@pytest.mark.parametrize("motion", [STILL, Motion((Scroll(0.3, 0.1), Rotate(40)))])
+def test_a_mirrored_layer_adds_what_a_mirror_shows(
+    draw: Draw, archive: Archive, motion: Motion
+) -> None:
+    layer = Layer("noise.png", Laid.SHEEN, mirrors=True, motion=motion)
+    base = replace(MIRROR, image="half.png", mirrors=False)
+    both, mirror, alone = (
+        draw(make_scene(placed(ball(m), PLACE), archive=archive), VIEW, View.LAMBERTIAN, time=TIME)
+        for m in (replace(base, layer=layer), replace(MIRROR, motion=motion), base)
+    )
+    assert np.abs(mirror - alone).mean() > 0.02
+    np.testing.assert_allclose(both, np.minimum(mirror + alone, 1), atol=2e-3)

@@ -15,7 +15,7 @@ from followspot.assets.shader_values import BlendFactor
 from followspot.gpu import textures
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
-from followspot.scene.material import Material
+from followspot.scene.material import Layer, Material
 from synthetic import camera, floor, image_archive, make_scene, of, srgb_decoded
 
 pytestmark = pytest.mark.gl
@@ -130,7 +130,8 @@ def test_a_layer_is_mixed_into_linear_light_by_the_vertices_alpha(
     archive = image_archive(tmp_path, images)
     sand, rock = (srgb_decoded(np.array(color) / 255) for color in grounds.values())
     ground = make_scene(
-        of(Material("ground", "sand.png", layer="rock.png", fades=True), floor()), archive=archive
+        of(Material("ground", "sand.png", layer=Layer("rock.png", fades=True)), floor()),
+        archive=archive,
     )
     tints = np.ones((4, 4), np.float32)
     for alpha in (0.0, 0.25, 1.0):

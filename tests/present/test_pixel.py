@@ -25,7 +25,7 @@ from followspot.scene.deform import Deforms
 from followspot.scene.fog import Fog
 from followspot.scene.light import SpotLight
 from followspot.scene.load import load
-from followspot.scene.material import Material, Shade
+from followspot.scene.material import Laid, Layer, Material, Shade
 from followspot.scene.scene import Scene
 from followspot.scene.settings import CullFace, Settings
 from followspot.spaces import vec3
@@ -58,11 +58,13 @@ def garden(tmp_path: Path) -> Scene:
     leaf = random.integers(60, 256, (8, 8, 4), np.uint8)
     leaf[..., 3] = np.kron([[0, 255], [255, 0]], np.ones((4, 4)))
     archive = image_archive(tmp_path, {"leaf.png": leaf, "wall.png": leaf[..., :3]})
+    lamp = Material("lamp", "wall.png", layer=Layer("leaf.png", Laid.GLOW))
     sheet = Material("leaf", "leaf.png", sides=Sides.BOTH, alpha_test=AlphaTest.GE128)
     pane = Material("pane", "leaf.png", blend=GLASS, shade=Shade.LIT)
     pieces = [floor(400), *of(Material("wall", "wall.png"), *box((40, -30, 0), (90, 30, 50)))]
     pieces += of(sheet, quad((0, 60, 40), (50, 0, 0), (0, 0, 40)))
     pieces += of(pane, quad((0, -70, 40), (50, 0, 0), (0, 0, 40)))
+    pieces += of(lamp, *box((-70, 60, 0), (-30, 110, 60)))
     pieces += of(Material("ball"), sphere((0, 0, 30), 25))
     lamps = (
         spot((150, 60, 220), (30, 0, 0), 30, 6e4, 0.3),
@@ -103,7 +105,7 @@ def check(report: PixelReport, frame: FrameInput, glow: float = 0.0) -> None:
     assert abs(-to_eye @ frame.camera.forward - report.depth) < 1e-4 * report.depth
     if not report.in_front:
         lit = report.rho / np.pi * (report.direct + report.environment)
-        lit += report.fog * (glow - lit)
+        lit += report.fog * (glow - lit) + report.emitted
         np.testing.assert_allclose(report.radiance, lit, rtol=2e-5, atol=1e-7)
     expected = np.zeros(3)
     for light in frame.lights:
@@ -157,7 +159,14 @@ def test_values_agree_all_over_a_scene(
     for report in found:
         check(report, frame)
     seen = {report.surface.material if report.surface else None for report in found}
-    assert {"white", "ball"} <= seen
+    assert {"white", "ball", "lamp"} <= seen
+    for report in found:
+        shines = report.surface is not None and report.surface.material == "lamp"
+        is_lamp = shines and frame.settings.albedo is None
+        assert report.emitted.any() == is_lamp
+        if is_lamp and not report.in_front:
+            share = np.linalg.norm(report.emitted) / np.linalg.norm(report.radiance)
+            assert 0 < share <= 1
     lit = [lookup for report in found for lookup in report.shadows if lookup.is_lit]
     doubtful = sum(is_close_call(lookup) for lookup in lit)
     assert doubtful < 0.7 * len(lit)

@@ -11,9 +11,7 @@ from followspot.assets.bsp import LUMPS, BspFile, FaceType
 from followspot.assets.shader_parser import find_entries
 from followspot.assets.surface_flags import Surface
 from followspot.scene import level
-from followspot.scene.material import (
-    Material,
-)
+from followspot.scene.material import Layer, Material
 from synthetic import open_bsp
 
 SQUARE = np.array([(-8, -8, 0), (-8, 8, 0), (8, 8, 0), (8, -8, 0)], np.float32)
@@ -94,7 +92,7 @@ def test_a_layer_lies_where_vertices_alpha_says() -> None:
     text = "s\n{\n{\nmap a\n}\n{\nmap b\nblendFunc blend\nalphaGen vertex\n}\n}"
     (entry,), _ = find_entries(text, "s")
     built = level.build(bsp, lambda _: entry.read(), lambda name: name, 1.0)
-    assert built.materials[0].layer == "b"
+    assert built.materials[0].layer == Layer("b", fades=True)
     tints = built.mesh.tints
     assert tints is not None and len(tints) == len(built.mesh.vertices) and len(tints) > 8
     assert (tints[:, :3] == 1).all()
@@ -115,6 +113,26 @@ def test_a_scripts_colour_is_on_its_faces_alone() -> None:
     coloured = tints[4:8]  # of the second square
     np.testing.assert_allclose(coloured, [(1, 0.5**2.2, 0, 1)] * 4, rtol=1e-6)
     assert (np.delete(tints, range(4, 8), axis=0)[:, :3] == 1).all()
+
+
+@pytest.mark.parametrize("gen", ["vertex", "oneMinusVertex"])
+def test_a_reflection_follows_the_vertices_light(gen: str) -> None:
+    """Twice a byte, white at most with the hue kept, and half of what that is displayed as."""
+    bsp = squares([(0, 0, 0), (100, 0, 5)], [0, 1], [0, 0])
+    bsp.vertices["color"][:4] = [(0, 51, 102, 7), (255, 0, 51, 7), (204, 102, 0, 7), (0, 0, 0, 7)]
+    shown = np.array([(0, 0.4, 0.8), (1, 0, 0.2), (1, 0.5, 0), (0, 0, 0)])
+    text = (
+        f"s\n{{\n{{\nmap env\ntcGen environment\nrgbGen {gen}\n}}\n{{\nmap a\nblendFunc add\n}}\n}}"
+    )
+    (entry,), _ = find_entries(text, "s")
+    scripts = {bsp.shader_names[0]: entry.read()}
+    built = level.build(bsp, scripts.get, lambda name: name, 1.0)
+    tints = built.mesh.tints
+    assert tints is not None
+    expected = (shown if gen == "vertex" else 1 - shown) / 2
+    own = (built.mesh.vertices["position"][:, 0] < 50).nonzero()[0]
+    np.testing.assert_allclose(tints[own, :3], expected**2.2, atol=1e-6)
+    assert (np.delete(tints, own, axis=0)[:, :3] == 1).all()
 
 
 @pytest.mark.parametrize("flag", [Surface.SKY, Surface.NODRAW, Surface.HINT, Surface.SKIP])

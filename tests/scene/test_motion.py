@@ -54,6 +54,20 @@ def test_waves(shape: Shape, heights: tuple[float, ...]) -> None:
             assert value(wave, seconds) == pytest.approx(5 - 2 * height, abs=1e-6)
 
 
+def test_noise_goes_straight_from_one_number_to_the_next() -> None:
+    """Twice as fast at twice the frequency, phases included; the numbers keep within its range."""
+    wave = Wave(Shape.NOISE, 0, 1, 0, 1)
+    whole = np.array([value(wave, at) for at in range(-20, 300)])
+    assert np.abs(whole).max() <= 1 and whole.std() > 0.4 and abs(whole.mean()) < 0.1
+    assert len(np.unique(whole)) == 256
+    np.testing.assert_array_equal(whole[:64], whole[256:])
+    for share in (0.25, 0.5):
+        between = [value(wave, at + share) for at in range(-20, 299)]
+        np.testing.assert_allclose(between, whole[:-1] + share * np.diff(whole), atol=1e-12)
+    fast = Wave(Shape.NOISE, 3, 0.5, 0.25, 2)
+    assert value(fast, 1.0) == pytest.approx(3 + 0.5 * value(wave, 2.5))
+
+
 @pytest.mark.parametrize(
     ("mod", "seconds", "s_t", "expected"),
     [

@@ -36,6 +36,8 @@ class Shape(Enum):
     """From 0 up to 1."""
     INVERSE_SAWTOOTH = "inversesawtooth"
     """From 1 down to 0."""
+    NOISE = "noise"
+    """From one random number to the next, -1 to 1; of colours and alpha alone, as in the engine."""
 
 
 class Wave(NamedTuple):
@@ -163,16 +165,13 @@ def read_tc_mod(mod: Directive, wrong: list[str]) -> TcMod | None:
     return None if still else read
 
 
-def read_wave(args: Sequence[str], wrong: list[str]) -> Wave | None:
-    """A wave's name and four numbers; none where that is not what is there, and for noise, which is
-    left out here.
-    """
-    name = args[0].lower() if args else ""
-    if name == "noise":
-        return None
-    shape = _WAVES.get(name)
+def read_wave(args: Sequence[str], wrong: list[str], *, may_be_noise: bool = False) -> Wave | None:
+    """A wave's name and four numbers; none where that is not what is there."""
+    shape = _WAVES.get(args[0].lower() if args else "")
     if shape is None:
         wrong.append(_WAVE)
+        return None
+    if shape is Shape.NOISE and not may_be_noise:
         return None
     given = read_numbers(args[1:], 4, wrong)
     return None if given is None else Wave(shape, *given)
@@ -221,7 +220,9 @@ def check_anim_map(anim_map: Directive, wrong: list[str]) -> None:
 
 
 def _wave_after(directive: Directive, wrong: list[str]) -> Wave | None:
-    return read_wave(directive.args[1:], wrong) if directive.word == "wave" else None
+    if directive.word != "wave":
+        return None
+    return read_wave(directive.args[1:], wrong, may_be_noise=True)
 
 
 def read_numbers(args: Sequence[str], count: int, wrong: list[str]) -> list[float] | None:

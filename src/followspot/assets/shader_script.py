@@ -130,6 +130,12 @@ class Stage:
         return tuple(mod for mod in (read_tc_mod(each, []) for each in mods) if mod is not None)
 
     @property
+    def rgb_gen(self) -> str:
+        """What colours are multiplied by, in lower case; empty where the script does not say."""
+        rgb_gen = self.get("rgbgen")
+        return rgb_gen.word if rgb_gen else ""
+
+    @property
     def color_wave(self) -> Wave | None:
         """What colours are multiplied by, if that changes with time."""
         rgb_gen = self.get("rgbgen")

@@ -74,7 +74,7 @@ SetOption = Annotated[
         metavar="KEY=VALUE",
         help="Any other setting; repeatable: exposure, baked_light, environment_mip, emission, "
         "shadow_map_size, shadow_taps, shadow_cull (front, back, none), shadow_bias, "
-        "shadow_normal_offset, shadow_slope_bias, shadow_fit, fog, anisotropy, culling, "
+        "shadow_normal_offset, shadow_slope_bias, shadow_fit, fog, grain, anisotropy, culling, "
         "redraw_shadows.",
     ),
 ]

@@ -12,7 +12,7 @@ from followspot.gpu.blocks import FRAME
 from followspot.gpu.characters import GpuCrowd
 from followspot.scene.baked import BakedLight
 from followspot.scene.clouds import Clouds
-from followspot.scene.material import Material
+from followspot.scene.material import Laid, Layer, Material
 from followspot.scene.scene import Scene
 
 
@@ -28,8 +28,8 @@ def _reading(material: Material) -> _Reading:
     return _Reading(material.image, material.clamps, material.uses_alpha)
 
 
-def _reading_layer(material: Material) -> _Reading:
-    return _Reading(material.layer, clamps=False, uses_alpha=True)
+def _reading_layer(layer: Layer) -> _Reading:
+    return _Reading(layer.image, layer.clamps, uses_alpha=layer.laid is Laid.OVER)
 
 
 def _frames(material: Material) -> list[_Reading]:
@@ -37,9 +37,17 @@ def _frames(material: Material) -> list[_Reading]:
     return [_reading(material)._replace(image=image) for image in material.motion.frames]
 
 
-def _layer_frames(material: Material) -> list[_Reading]:
-    own = _reading_layer(material)
-    return [own._replace(image=image) for image in material.layer_motion.frames]
+def _layer_frames(layer: Layer) -> list[_Reading]:
+    own = _reading_layer(layer)
+    return [own._replace(image=image) for image in layer.motion.frames]
+
+
+def _readings(material: Material) -> list[_Reading]:
+    """All that it reads."""
+    readings = [_reading(material), *_frames(material)]
+    if material.layer is not None:
+        readings += [_reading_layer(material.layer), *_layer_frames(material.layer)]
+    return readings
 
 
 class GpuScene:
@@ -86,9 +94,8 @@ class GpuScene:
         self._images: dict[_Reading, moderngl.Texture] = {}
         self._shown_as: dict[_Reading, _Reading] = {}
         wanted: dict[str | None, set[_Reading]] = {}
-        for material in (*scene.materials, *scene.crowd.materials):
-            own = _reading(material), _reading_layer(material)
-            for reading in (*own, *_frames(material), *_layer_frames(material)):
+        for material in scene.worn:
+            for reading in _readings(material):
                 wanted.setdefault(reading.image, set()).add(reading)
         images = scene.images
         for number, image in decode_all(scene.archive, images):
@@ -132,16 +139,16 @@ class GpuScene:
         return self._texture(_reading(material))
 
     def layer_of(self, material: Material) -> moderngl.Texture | None:
-        """What is laid over a material's base image, if anything is."""
-        return None if material.layer is None else self._texture(_reading_layer(material))
+        """What is laid on a material's base image, if anything is."""
+        return None if material.layer is None else self._texture(_reading_layer(material.layer))
 
     def frames_of(self, material: Material) -> list[moderngl.Texture]:
         """The images that a material's base shows one after the other, if there are several."""
         return [self._texture(reading) for reading in _frames(material)]
 
-    def layer_frames_of(self, material: Material) -> list[moderngl.Texture]:
-        """The images that its layer shows, likewise."""
-        return [self._texture(reading) for reading in _layer_frames(material)]
+    def layer_frames_of(self, layer: Layer) -> list[moderngl.Texture]:
+        """The images that a layer shows, likewise."""
+        return [self._texture(reading) for reading in _layer_frames(layer)]
 
     def _texture(self, wanted: _Reading) -> moderngl.Texture:
         reading = self._shown_as.get(wanted)

@@ -25,7 +25,7 @@ from followspot.passes.materials import (
     set_uniforms,
     variant_of,
 )
-from followspot.passes.motion import Mover
+from followspot.passes.motion import Mover, mover_of
 from followspot.passes.programs import BASE_IMAGE, KEY_POSES, LAYER_IMAGE, Shader, SurfacePrograms
 from followspot.passes.shadow_extent import Extents
 from followspot.passes.shadow_tiles import Tile
@@ -103,7 +103,7 @@ class CharacterPass:
     def _draw_of(self, figure: int, run: Run) -> _Draw:
         material, of = run.material, self._gpu_scene
         variant = variant_of(material, is_smoothed=False)
-        mover = Mover(material, variant, of) if material.moves else None
+        mover = mover_of(material, variant, of)
         return _Draw(figure, run, variant, of.image_of(material), of.layer_of(material), mover)
 
     def _arrays(self, of: moderngl.Program) -> list[moderngl.VertexArray]:

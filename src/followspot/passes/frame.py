@@ -276,6 +276,11 @@ class FramePipeline:
         is_depth = frame.view is View.DEPTH
         return 1 / frame.camera.far_for(*self._bounds) if is_depth else 1.0
 
+    def _own_scale(self, frame: FrameInput, scale: float) -> float:
+        """What self-lit texels are multiplied by, in values of a scale."""
+        emission = frame.settings.emission
+        return scale * (1 / frame.exposure if emission is None else emission)
+
     def _begin(self, target: Target, view: View, part: Part | None) -> None:
         """Bind and clear the target, which takes what shaders write as it is."""
         target.framebuffer.depth_mask = True
@@ -300,7 +305,8 @@ class FramePipeline:
         shadows = tiles, self.shadow.atlas.size, settings.shadow_normal_offset
         units = frame.scene.metres_per_unit, frame.scene.environment_constant
         fogs = self._fog, self._fog_in_view.tobytes()
-        wanted = clip_from_world.tobytes(), units, frame.lights, shadows, scale, fogs
+        scales = scale, self._own_scale(frame, scale)
+        wanted = clip_from_world.tobytes(), units, frame.lights, shadows, scales, fogs
         if self._gpu_scene.frame_block_holds == wanted:
             return
         block = np.zeros((), blocks.FRAME)
@@ -311,7 +317,7 @@ class FramePipeline:
         self.shadow.write_tiles(block, settings)
         lighting.write_lights(block, frame.lights, frame.scene.metres_per_unit)
         block["sky_scale"][0] = frame.scene.environment_constant
-        block["output_scale"][0] = scale
+        block["output_scale"][:2] = scales
         block["eye_position"][:3] = frame.camera.position
         if self._fog is not None:
             self._fog.write(block, self._fog_in_view, frame.camera.position, scale)

@@ -110,7 +110,6 @@ def is_baked(scene: Scene, settings: Settings) -> bool:
 def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     """Macros of surface.frag that stay while scene and settings do."""
     macros: dict[str, int | str] = {
-        "EMISSION": f"{settings.emission:.9g}",
         "SHADOW_TAPS": settings.shadow_taps,
         "NEAR_REACH": f"{shadow_tiles.near_reach(settings):.9g}",
         "SHADOW_BIAS": f"{settings.shadow_bias:.9g}",
@@ -125,6 +124,8 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     }
     if settings.shadow_fit:
         macros["SHADOW_FIT"] = 1
+    if settings.grain:
+        macros["GRAIN"] = 1
     if settings.shadow_cull is not CullFace.FRONT:
         macros["LIT_SIDES_CAST"] = 1
     if settings.albedo is not None:

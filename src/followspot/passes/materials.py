@@ -6,7 +6,8 @@ import moderngl
 
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.gpu import gl, program
-from followspot.scene.material import Blend, Material, Shade
+from followspot.scene.material import Blend, Laid, Material, Shade
+from followspot.scene.motion import STILL
 from followspot.scene.settings import CullFace
 
 
@@ -19,8 +20,10 @@ class Variant(NamedTuple):
     veils: bool
     shade: Shade
     tinted: bool
-    layered: bool
+    laid: Laid | None
     fades: bool
+    layer_tinted: bool
+    layer_colored: bool
     smoothed: bool
     moves: bool
     sways: bool
@@ -28,6 +31,7 @@ class Variant(NamedTuple):
     layer_moves: bool
     layer_sways: bool
     mirrors: bool
+    layer_mirrors: bool
     layer_test: AlphaTest | None
     pulses: bool
     displaced: bool
@@ -43,8 +47,10 @@ class Variant(NamedTuple):
             "BLENDED": self.blended,
             "VEILS": self.veils,
             "TINTED": self.tinted,
-            "LAYERED": self.layered,
+            "LAYERED": self.laid is not None,
             "FADES": self.fades,
+            "LAYER_TINTED": self.layer_tinted,
+            "LAYER_COLORED": self.layer_colored,
             "SMOOTHED": self.smoothed,
             "MOVES": self.moves,
             "SWAYS": self.sways,
@@ -52,12 +58,15 @@ class Variant(NamedTuple):
             "LAYER_MOVES": self.layer_moves,
             "LAYER_SWAYS": self.layer_sways,
             "MIRRORS": self.mirrors,
+            "LAYER_MIRRORS": self.layer_mirrors,
             "PULSES": self.pulses,
             "DISPLACED": self.displaced,
             "SWELLS": self.swells,
             "SPRITE": self.sprite,
         }
         macros: dict[str, int | str] = {name: 1 for name, is_on in switches.items() if is_on}
+        if self.laid is not None:
+            macros[f"LAID_{self.laid.name}"] = 1
         if self.layer_test is not None:
             macros["LAYER_TEST"] = "vec2({}, {})".format(*_ALPHA_TESTS[self.layer_test])
         if self.shade is not Shade.LIT:
@@ -72,10 +81,11 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material: What to draw.
         is_smoothed: Whether normals are far from those of many triangles; see `Mesh.is_smoothed`.
     """
-    motion, layer_motion = material.motion, material.layer_motion
-    is_layered = material.layer is not None
-    alike = motion.tc_mods == layer_motion.tc_mods and not material.mirrors
-    layer_apart = is_layered and not alike
+    motion, layer = material.motion, material.layer
+    layer_motion = STILL if layer is None else layer.motion
+    layer_mirrors = layer is not None and layer.mirrors
+    alike = motion.tc_mods == layer_motion.tc_mods and material.mirrors == layer_mirrors
+    layer_apart = layer is not None and not alike
     is_sprite = material.deforms.sprite is not None
     has_own_shadow = material.sides is Sides.FRONT and material.shade is Shade.LIT and not is_sprite
     return Variant(
@@ -85,8 +95,10 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         veils(material),
         material.shade,
         material.is_tinted,
-        is_layered,
-        material.fades,
+        None if layer is None else layer.laid,
+        layer is not None and layer.fades,
+        layer is not None and layer.by_vertex is not None,
+        layer is not None and (layer.color is not None or layer_motion.pulses),
         is_smoothed and has_own_shadow and material.blend is None,
         bool(motion.tc_mods),
         motion.is_turbulent,
@@ -94,7 +106,8 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         layer_apart and bool(layer_motion.tc_mods),
         layer_apart and layer_motion.is_turbulent,
         material.mirrors,
-        material.layer_alpha_test,
+        layer_mirrors,
+        None if layer is None else layer.alpha_test,
         motion.pulses,
         bool(material.deforms.moves),
         material.deforms.swell is not None,

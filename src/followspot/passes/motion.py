@@ -1,4 +1,4 @@
-"""What of a material follows the time, told to GL before its draws."""
+"""What of a material is told to GL before its draws: what follows time, and layers' colours."""
 
 import struct
 from collections.abc import Iterator
@@ -17,8 +17,14 @@ _PAIR, _TRIPLE, _QUADRUPLE = (struct.Struct(f"{count}f") for count in (2, 3, 4))
 _AFFINE, _SWAY = struct.Struct("6f"), struct.Struct("8f")
 
 
+def mover_of(material: Material, variant: Variant, gpu_scene: GpuScene) -> "Mover | None":
+    """A material's, if it has anything to be told."""
+    needed = material.moves or variant.layer_colored
+    return Mover(material, variant, gpu_scene) if needed else None
+
+
 class Mover:
-    """One material's, of those that move.
+    """One material's.
 
     Args:
         material: What is drawn.
@@ -28,10 +34,10 @@ class Mover:
 
     def __init__(self, material: Material, variant: Variant, gpu_scene: GpuScene) -> None:
         self._material, self._variant = material, variant
-        frames = (
-            (BASE_IMAGE, material.motion, gpu_scene.frames_of(material)),
-            (LAYER_IMAGE, material.layer_motion, gpu_scene.layer_frames_of(material)),
-        )
+        frames = [(BASE_IMAGE, material.motion, gpu_scene.frames_of(material))]
+        if material.layer is not None:
+            of_layer = gpu_scene.layer_frames_of(material.layer)
+            frames.append((LAYER_IMAGE, material.layer.motion, of_layer))
         self._animated = [each for each in frames if each[2]]
         self._seconds: float | None = None
         self._values: list[tuple[str, bytes]] = []
@@ -50,8 +56,10 @@ class Mover:
         of, variant = self._material, self._variant
         if variant.moves:
             yield from _coordinates("base", of.motion, seconds)
-        if variant.layer_moves:
-            yield from _coordinates("layer", of.layer_motion, seconds)
+        if of.layer is not None and variant.layer_moves:
+            yield from _coordinates("layer", of.layer.motion, seconds)
+        if of.layer is not None and variant.layer_colored:
+            yield "layer_color", _TRIPLE.pack(*of.layer.color_at(seconds))
         if variant.pulses:
             yield "pulse", _PAIR.pack(*of.motion.pulse(seconds))
         if variant.displaced:

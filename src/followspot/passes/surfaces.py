@@ -8,7 +8,7 @@ from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
 from followspot.passes.materials import Variant, set_state, set_uniforms, variant_of
-from followspot.passes.motion import Mover
+from followspot.passes.motion import Mover, mover_of
 from followspot.passes.programs import BASE_IMAGE, LAYER_IMAGE, LIGHTMAPS, Shader, SurfacePrograms
 from followspot.scene.material import Material
 
@@ -47,7 +47,7 @@ class SurfacePass:
 
     def _look(self, material: Material, variant: Variant) -> _Look:
         of = self._gpu_scene
-        mover = Mover(material, variant, of) if material.moves else None
+        mover = mover_of(material, variant, of)
         image, layer = of.image_of(material), of.layer_of(material)
         return _Look(material, material.state, variant, image, layer, mover)
 

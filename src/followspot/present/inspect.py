@@ -84,7 +84,8 @@ def _material(scene: Scene, number: int) -> dict[str, Any]:
     return {
         "name": material.name,
         "image": material.image,
-        "layer": material.layer,
+        "layer": material.layer and material.layer.image,
+        "laid": material.layer and material.layer.laid.value,
         "sides": material.sides.value,
         "alpha_test": material.alpha_test and material.alpha_test.value,
         "blend": material.blend and [factor.value for factor in material.blend],

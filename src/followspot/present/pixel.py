@@ -90,6 +90,7 @@ class PixelReport:
         environment: (3,) irradiance from the environment, or what was baked, in W/m^2.
         fog: Share of the light from there that fog before it holds back.
         radiance: (3,) of the final picture in W/(m^2 sr), blended surfaces and fog included.
+        emitted: (3,) of that what surfaces shine by themselves.
         exposed: (3,) radiance times exposure: what is displayed, before the sRGB curve.
         displayed: (3,) uint8 of the picture.
     """
@@ -108,6 +109,7 @@ class PixelReport:
     environment: Floats
     fog: float
     radiance: Floats
+    emitted: Floats
     exposed: Floats
     displayed: NDArray[np.uint8]
 
@@ -149,6 +151,10 @@ def inspect_pixel(renderer: Renderer, frame: FrameInput, x: int, y: int) -> Pixe
     ray = _ray(frame, renderer.size, x, y)
     surface, in_front = _along(frame, ray, depth)
     is_sky = not np.isfinite(depth)
+    dark = replace(frame, settings=msgspec.structs.replace(frame.settings, emission=0.0))
+    met = in_front if surface is None else [surface, *in_front]
+    shines = any(each.material.shines for each in met)
+    emitted = radiance - value(View.FINAL, dark) if shines else np.zeros(3)
     position = None if is_sky else frame.camera.position + ray * depth
     shadows: tuple[ShadowLookup, ...] = ()
     if surface is not None and position is not None:
@@ -173,6 +179,7 @@ def inspect_pixel(renderer: Renderer, frame: FrameInput, x: int, y: int) -> Pixe
         environment=environment * np.pi,
         fog=_fog(frame, ray * (depth if np.isfinite(depth) else _FOREVER)),
         radiance=radiance,
+        emitted=emitted,
         exposed=radiance * frame.exposure,
         displayed=displayed,
     )

@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import Any, Self, TypeVar
 
 import moderngl
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -152,7 +153,12 @@ class Renderer:
             scene, camera, settings, 1.0, time=time, overlays=shown, culled_from=culled_from
         )
         self.open(scene)
-        metered = {view.metered for view in wanted if view.is_light and not linear}
+        by_exposure = settings.emission is None and any(m.shines for m in scene.worn)
+        metered = {
+            view.metered
+            for view in wanted
+            if view.is_light and (not linear or (view is View.FINAL and by_exposure))
+        }
         exposures = {view: self.exposure(scene, camera, settings, view, time) for view in metered}
         self._make_current()
         return {
@@ -262,11 +268,16 @@ class Renderer:
         view: View = View.FINAL,
         time: float = 0.0,
     ) -> float:
-        """The display value per radiance: the settings' own, or one that suits a view."""
+        """The display value per radiance: the settings' own, or one that suits a view.
+
+        What shows as it is painted by any exposure does not count.
+        """
         settings = scene.settings if settings is None else settings
         if settings.exposure is not None:
             return settings.exposure
         self.open(scene)
+        if settings.emission is None:
+            settings = msgspec.structs.replace(settings, emission=0.0)
         self.draw(FrameInput(scene, camera, settings, 1.0, view, time), linear=True)
         return automatic(self._targets[True].read(components=4))
 

@@ -16,6 +16,15 @@ from followspot.present.still import Wish
 from followspot.present.stopwatch import Steps
 from followspot.scene import figure_file
 
+_LAID = {
+    "over": "laid over it",
+    "glow": "glowing",
+    "sheen": "reflected besides",
+    "filter": "colouring it",
+    "grain": "making it rougher",
+}
+"""What `inspect` says of layers."""
+
 
 def figures(name: str, folder: Path, wish: Wish) -> None:
     """Run ``followspot figures`` and print each file with the time that it took."""
@@ -140,6 +149,6 @@ def _materials(materials: Sequence[Mapping[str, Any]]) -> Table:
         elif not (image := m["image"] or "coloured").startswith(m["name"] + "."):
             name.append(f"\n  {image}")
         if m["layer"] is not None:
-            name.append(f"\n  + {m['layer']}")
+            name.append(f"\n  + {m['layer']}, {_LAID[m['laid']]}")
         table.add_row(name, kind + sides, str(m["triangles"]))
     return table

@@ -19,7 +19,7 @@ from followspot.assets.player import DEFAULT_SKIN, load_player, parse_skin
 from followspot.assets.script_files import Scripts, load_scripts
 from followspot.assets.shader_script import ShaderScript
 from followspot.errors import AssetError
-from followspot.scene import figure, material
+from followspot.scene import figure, script_material
 from followspot.scene.deform import RIGID
 from followspot.scene.figure import WHITE, Figure
 from followspot.scene.material import Material
@@ -113,9 +113,10 @@ class FigureFiles:
                 self.missing[wanted] = tried
             return found
 
-        made = material.from_script(name, self._script(name, entry or ""), find)
-        # Vertices of models have no alpha, and move by their frames alone.
-        return replace(made, fades=False, deforms=RIGID)
+        made = script_material.from_script(name, self._script(name, entry or ""), find)
+        # Vertices of models have no colours, and move by their frames alone.
+        layer = made.layer and replace(made.layer, fades=False, by_vertex=None)
+        return replace(made, layer=layer, deforms=RIGID)
 
     def _script(self, name: str, entry: str) -> ShaderScript | None:
         """A shader's script; models that lie in no root bring their own."""

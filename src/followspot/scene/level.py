@@ -1,6 +1,6 @@
 """From the records of a BSP file to one mesh, its materials and what can see what."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,11 +11,12 @@ from followspot.assets.binary import run_members
 from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.entities import entity_vector, model_number
 from followspot.assets.shader_script import ShaderScript
-from followspot.scene import bsp_tree, deform, fog, material, patch
+from followspot.scene import bsp_tree, deform, fog, patch, script_material, tints
 from followspot.scene.baked import BakedLight
 from followspot.scene.fog import Fog
-from followspot.scene.material import FindImage, Material
+from followspot.scene.material import Material
 from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
+from followspot.scene.script_material import FindImage
 
 PATCH_TOLERANCE = 1.0
 """Units by which a patch's triangles may miss the curved surface: 3 cm."""
@@ -108,12 +109,15 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     """
     scripts = [find_script(name) for name in bsp.shader_names]
     drawn = np.array(
-        [material.is_drawn(bsp, number, script) for number, script in enumerate(scripts)], bool
+        [script_material.is_drawn(bsp, number, script) for number, script in enumerate(scripts)],
+        bool,
     )
     used = np.zeros(len(scripts), bool)
     used[bsp.faces["shader"]] = True
     found = {
-        int(number): material.from_script(bsp.shader_names[number], scripts[number], find_image)
+        int(number): script_material.from_script(
+            bsp.shader_names[number], scripts[number], find_image
+        )
         for number in np.flatnonzero(drawn & used)
     }
     order = sorted(found, key=lambda number: (found[number].order, number))
@@ -130,22 +134,13 @@ def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, toleranc
     materials = tuple(
         replace(found[number], is_tinted=found[number].color is not None) for number in order
     )
-    has_tints = any(each.fades or each.is_tinted for each in materials)
-    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]], tinted=has_tints)
-    _color(mesh, materials)
+    mesh, level_face = _join(parts, material_of_shader[bsp.faces["shader"]])
+    colors = np.concatenate([part.colors for part in parts])
+    mesh = replace(mesh, tints=tints.of_level(mesh, colors, materials))
     mesh = deform.deformed(mesh, [each.deforms for each in materials])
 
     visibility = Visibility(bsp, level_face, _seen_from_everywhere(bsp))
     return Level(bsp, mesh, materials, visibility, baked, fog.volumes(bsp, find_script))
-
-
-def _color(mesh: Mesh, materials: Sequence[Material]) -> None:
-    """Give the vertices of coloured materials their tints, which are opaque, in place."""
-    for number, each in enumerate(materials):
-        if each.color is not None and mesh.tints is not None:
-            faces = mesh.faces[mesh.faces["material"] == number]
-            runs = run_members(faces["first_index"], faces["index_count"])
-            mesh.tints[mesh.indices[runs]] = *each.color, 1.0
 
 
 def _seen_from_everywhere(bsp: BspFile) -> Mask:
@@ -170,11 +165,11 @@ _VERTEX = np.dtype([*VERTEX.descr, ("baked", "<f4", 5)])
 class _Part:
     """Triangles of some of the level's faces: vertices, indices, and each face's run of them.
 
-    `vertices` are of _VERTEX; `alpha` is their own, 0 to 1.
+    `vertices` are of _VERTEX; `colors` are their own RGBA, (v, 4) from 0 to 1.
     """
 
     vertices: NDArray[np.void]
-    alpha: NDArray[np.float32]
+    colors: NDArray[np.float32]
     indices: NDArray[np.uint32]
     level_face: Ints
     first_index: Ints
@@ -198,7 +193,7 @@ def _model_offsets(bsp: BspFile) -> NDArray[np.float32]:
 def _moved_vertices(
     baked: BakedLight, faces: Ints, offsets: NDArray[np.float32]
 ) -> tuple[NDArray[np.void], NDArray[np.float32], Ints]:
-    """The vertices of some faces at their places, their alpha, and where each face's begin."""
+    """The vertices of some faces at their places, their colours, and where each face's begin."""
     bsp = baked.bsp
     count = bsp.faces["vertex_count"][faces].astype(np.int64)
     source = run_members(bsp.faces["first_vertex"][faces], count)
@@ -207,20 +202,20 @@ def _moved_vertices(
         vertices[name] = bsp.vertices[name][source]
     vertices["position"] += np.repeat(offsets[faces], count, axis=0)
     vertices["baked"] = baked.at_vertices(source, np.repeat(faces, count))
-    alpha = bsp.vertices["color"][source, 3] / np.float32(255)
-    return vertices, alpha, np.cumsum(count) - count
+    colors = bsp.vertices["color"][source].astype(np.float32) / np.float32(255)
+    return vertices, colors, np.cumsum(count) - count
 
 
 def _polygons(baked: BakedLight, wanted: Mask, offsets: NDArray[np.float32]) -> _Part:
     """Polygons and triangle soups, whose triangles are in the file."""
     bsp = baked.bsp
     faces = np.flatnonzero(wanted & (bsp.faces["type"] != FaceType.PATCH))
-    vertices, alpha, starts = _moved_vertices(baked, faces, offsets)
+    vertices, colors, starts = _moved_vertices(baked, faces, offsets)
     count = bsp.faces["index_count"][faces].astype(np.int64)
     in_face = bsp.indices[run_members(bsp.faces["first_index"][faces], count)]
     indices = (in_face + np.repeat(starts, count)).astype(np.uint32)
     _renormalise(vertices, indices)
-    return _Part(vertices, alpha, indices, faces, np.cumsum(count) - count, count)
+    return _Part(vertices, colors, indices, faces, np.cumsum(count) - count, count)
 
 
 def _renormalise(vertices: NDArray[np.void], indices: NDArray[np.uint32]) -> None:
@@ -241,31 +236,25 @@ def _renormalise(vertices: NDArray[np.void], indices: NDArray[np.uint32]) -> Non
 def _patches(
     baked: BakedLight, wanted: Mask, offsets: NDArray[np.float32], tolerance: float
 ) -> _Part:
-    """Bezier patches, cut into triangles; all of one has the mean alpha of its control points."""
+    """Bezier patches, cut into triangles; all of one has the mean colour of its control points."""
     bsp = baked.bsp
     faces = np.flatnonzero(wanted & (bsp.faces["type"] == FaceType.PATCH))
-    control, alpha, starts = _moved_vertices(baked, faces, offsets)
+    control, colors, starts = _moved_vertices(baked, faces, offsets)
     made = patch.tessellate(control, starts, bsp.faces["patch_size"][faces], tolerance)
     if len(faces):
-        control_count = np.diff(starts, append=len(alpha))
+        control_count = np.diff(starts, append=len(colors))[:, np.newaxis]
         vertex_count = np.diff(made.first_vertex, append=len(made.vertices))
-        alpha = np.repeat(np.add.reduceat(alpha, starts) / control_count, vertex_count)
-    alpha = alpha.astype(np.float32)
-    return _Part(made.vertices, alpha, made.indices, faces, made.first_index, made.index_count)
+        colors = np.repeat(np.add.reduceat(colors, starts) / control_count, vertex_count, axis=0)
+    colors = colors.astype(np.float32)
+    return _Part(made.vertices, colors, made.indices, faces, made.first_index, made.index_count)
 
 
-def _join(
-    parts: list[_Part], material_of_face: NDArray[np.int32], *, tinted: bool
-) -> tuple[Mesh, Ints]:
+def _join(parts: list[_Part], material_of_face: NDArray[np.int32]) -> tuple[Mesh, Ints]:
     """One mesh with its faces sorted by material, and the level's number of each of them."""
     given = np.concatenate([part.vertices for part in parts])
     vertices = np.empty(len(given), VERTEX)
     for name in VERTEX.names or ():
         vertices[name] = given[name]
-    tints = None
-    if tinted:
-        tints = np.ones((len(vertices), 4), np.float32)
-        tints[:, 3] = np.concatenate([part.alpha for part in parts])
     shift = np.cumsum([0, *(len(part.vertices) for part in parts)])
     indices = np.concatenate(
         [part.indices + np.uint32(s) for part, s in zip(parts, shift, strict=False)]
@@ -288,4 +277,4 @@ def _join(
         faces["mins"], faces["maxs"] = face_boxes(*runs)
         faces["normal"], faces["distance"] = face_planes(*runs)
     baked = np.ascontiguousarray(given["baked"])
-    return Mesh(vertices, indices, faces, tints, baked=baked), level_face
+    return Mesh(vertices, indices, faces, baked=baked), level_face

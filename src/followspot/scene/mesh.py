@@ -45,8 +45,9 @@ class Mesh:
         vertices: (v,) of VERTEX.
         indices: (i,) uint32 into `vertices`, three a triangle, faces in the table's order.
         faces: (f,) of FACE, sorted by material, so that a material is one run of indices.
-        tints: (v, 4) float32 RGBA, linear, that texels of tinted materials are multiplied by, and
-            whose alpha lays the layers of others over; none where no material has either.
+        tints: (v, 4) float32 RGBA, linear, that texels of tinted materials are multiplied by, or
+            those of a layer, and whose alpha lays the layers of others over; none where no material
+            has any of that.
         sprites: (v, 8) float32 of vertices that turn to the camera: the place in units that they
             turn about, units from there, and the axis that they turn about, or none for those that
             keep to the picture's plane; 0 of all others. None where there are none.

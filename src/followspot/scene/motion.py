@@ -17,6 +17,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from followspot.assets.shader_motion import (
     Rotate,
     Scale,
@@ -108,7 +110,20 @@ def _share(wave: Wave | None, seconds: float) -> float:
 def value(wave: Wave, seconds: float) -> float:
     """A wave at a time."""
     shape, base, amplitude, phase, frequency = wave
+    if shape is Shape.NOISE:
+        return base + amplitude * _noise((phase + seconds) * frequency)
     return base + amplitude * _HEIGHTS[shape]((phase + seconds * frequency) % 1.0)
+
+
+_NOISE: tuple[float, ...] = tuple(np.random.default_rng(1).uniform(-1, 1, 256).tolist())
+"""What noise is at whole numbers; the engine's is as long."""
+
+
+def _noise(at: float) -> float:
+    """Numbers that look random, and straight lines from one to the next."""
+    whole = math.floor(at)
+    before, behind = _NOISE[whole % len(_NOISE)], _NOISE[(whole + 1) % len(_NOISE)]
+    return before + (at - whole) * (behind - before)
 
 
 _HEIGHTS: dict[Shape, Callable[[float], float]] = {

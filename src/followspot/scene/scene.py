@@ -90,16 +90,20 @@ class Scene:
         return self.level.materials
 
     @property
+    def worn(self) -> tuple[Material, ...]:
+        """The mesh's materials and the characters'."""
+        return *self.materials, *self.crowd.materials
+
+    @property
     def images(self) -> tuple[str, ...]:
         """Paths in the archive of all images that materials have, each once."""
-        worn = (image for m in (*self.materials, *self.crowd.materials) for image in m.images)
-        return tuple(dict.fromkeys(image for image in worn if image is not None))
+        found = (image for material in self.worn for image in material.images)
+        return tuple(dict.fromkeys(image for image in found if image is not None))
 
     @cached_property
     def moves(self) -> bool:
         """Whether pictures of it follow the time."""
-        worn = (*self.materials, *self.crowd.materials)
-        moves = any(material.moves for material in worn)
+        moves = any(material.moves for material in self.worn)
         return moves or len(self.crowd) > 0 or (self.clouds is not None and self.clouds.moves)
 
     @property

@@ -33,10 +33,13 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         albedo: A constant Lambertian coefficient for all opaque surfaces instead of textures.
         exposure: Display value per radiance; none lets it be chosen to suit.
         environment_mip: MIP level of the six-direction sum; none is the level of one texel.
-        emission: Radiance in W/(m^2 sr) of a self-lit texel of value 1 (flames, beams).
+        emission: Radiance in W/(m^2 sr) of a self-lit texel of value 1: lava, lamps, flames, beams.
+            None shows them as they are painted, whatever the exposure.
         baked_light: Radiance in W/(m^2 sr) of a white surface that the level's compiler has lit so
             that textures look as they were painted. What it baked takes the environment's place;
             0 leaves it out.
+        grain: Whether images that only make surfaces rougher, to be seen from near, are laid on
+            them.
         fog: Whether what is behind the level's fog is seen through it.
         shadow_map_size: Texels along an edge of a spot light's shadow map. One that is fitted
             consists of two square tiles, which together have as many texels; the sides of point
@@ -67,8 +70,9 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     albedo: Annotated[float, Meta(ge=0, le=1)] | None = None
     exposure: Annotated[float, Meta(gt=0, le=1e6)] | None = None
     environment_mip: NonNegative | None = None
-    emission: NonNegative = 1.0
+    emission: NonNegative | None = None
     baked_light: NonNegative = 0.0
+    grain: bool = False
     fog: bool = True
     shadow_map_size: Annotated[int, Meta(ge=16, le=8192)] = 1024
     shadow_fit: bool = True

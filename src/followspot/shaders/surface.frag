@@ -11,9 +11,13 @@
 #endif
 
 #define MAPPED (SHADOWS + POINT_SHADOWS)
+#define MIDDLE_GREY 0.2140411  // linear light of what is displayed as one half
+#if defined(LAYERED) && !defined(ALBEDO) && (defined(GRAIN) || !defined(LAID_GRAIN))
+#define SHOWS_LAYER
+#endif
 
 uniform sampler2D base_image;          // linear light; a is coverage
-uniform sampler2D layer_image;         // likewise, laid over that
+uniform sampler2D layer_image;         // likewise, laid on that
 uniform sampler2DShadow shadow_atlas;  // depth from the lights, compared by the fetch
 #if defined(BAKED) && !defined(POSED)
 uniform sampler2D lightmaps;           // linear light
@@ -26,6 +30,9 @@ uniform vec3 fog_cover;                // share of fog before it that it stands 
 #ifdef PULSES
 uniform vec2 pulse;                    // that texels are multiplied by: rgb, a
 #endif
+#ifdef LAYER_COLORED
+uniform vec3 layer_color;              // that those of the layer are multiplied by
+#endif
 
 in vec3 world_normal;
 in vec2 texcoord;
@@ -34,8 +41,8 @@ in vec2 layer_texcoord;
 #else
 #define layer_texcoord texcoord
 #endif
-#if defined(TINTED) || defined(FADES)
-in vec4 tint;  // linear, that texels are multiplied by; or how far the layer covers them, its a
+#if defined(TINTED) || defined(FADES) || defined(LAYER_TINTED)
+in vec4 tint;  // linear, that texels or the layer's are multiplied by; or how far that covers, its a
 #endif
 #ifdef BAKED
 in vec3 baked;  // light; where there are lightmaps, what they are multiplied by
@@ -44,6 +51,9 @@ in vec2 luxel;
 #endif
 #endif
 flat in float scale;
+#if defined(EMISSIVE) || defined(LAID_GLOW)
+flat in float own_scale;
+#endif
 #if LIGHTS > MAPPED
 in vec3 world_position;
 #endif
@@ -181,7 +191,7 @@ void main() {
 #ifdef ALPHA_TEST
     if (texel.a * alpha_test.x + alpha_test.y <= 0.0) discard;
 #endif
-#if defined(LAYERED) && !defined(ALBEDO)
+#ifdef SHOWS_LAYER
     vec4 layer = texture(layer_image, layer_texcoord);
 #ifdef FADES
     layer.a *= tint.a;
@@ -189,7 +199,21 @@ void main() {
 #ifdef LAYER_TEST
     if (layer.a * LAYER_TEST.x + LAYER_TEST.y <= 0.0) layer.a = 0.0;
 #endif
+#ifdef LAYER_TINTED
+    layer.rgb *= tint.rgb;
+#endif
+#ifdef LAYER_COLORED
+    layer.rgb *= layer_color;
+#endif
+#if defined(LAID_OVER)
     texel.rgb = mix(texel.rgb, layer.rgb, layer.a);
+#elif defined(LAID_SHEEN)
+    texel.rgb = min(texel.rgb + layer.rgb, 1.0);
+#elif defined(LAID_FILTER)
+    texel.rgb *= layer.rgb;
+#elif defined(LAID_GRAIN)
+    texel.rgb = min(texel.rgb * layer.rgb / MIDDLE_GREY, 1.0);
+#endif
 #elif defined(TINTED)
     texel *= tint;
 #endif
@@ -206,8 +230,8 @@ void main() {
     if (!gl_FrontFacing) n = -n;
 #endif
 
-#if defined(EMISSIVE) && VIEW == VIEW_FINAL
-    value.rgb = rho * (scale * EMISSION);
+#if defined(EMISSIVE) && VIEW == VIEW_FINAL && (defined(BLENDED) || !defined(ALBEDO))
+    value.rgb = rho * own_scale;
 #elif defined(FILTER)
     value.rgb = rho;
 #elif VIEW == VIEW_FINAL
@@ -226,6 +250,9 @@ void main() {
     value.rgb = vec3(key_light_visibility(n));
 #elif VIEW == VIEW_DEPTH
     value.rgb = vec3(scale / gl_FragCoord.w);  // clip w is the distance along the view axis
+#endif
+#if defined(LAID_GLOW) && defined(SHOWS_LAYER) && VIEW == VIEW_FINAL
+    value.rgb += layer.rgb * own_scale;
 #endif
 #if FOGS > 0 && VIEW == VIEW_FINAL
     vec4 fog = fog_along(eye_ray, 1.0);

@@ -9,7 +9,7 @@
 
 #define MAPPED (SHADOWS + POINT_SHADOWS)
 
-#if defined(TINTED) || defined(FADES)
+#if defined(TINTED) || defined(FADES) || defined(LAYER_TINTED)
 in vec4 in_tint;
 out vec4 tint;
 #endif
@@ -29,6 +29,9 @@ out vec2 texcoord;
 out vec2 layer_texcoord;
 #endif
 flat out float scale;  // of the output; handed on, since pixels read uniform blocks slowly
+#if defined(EMISSIVE) || defined(LAID_GLOW)
+flat out float own_scale;  // of self-lit texels
+#endif
 #if LIGHTS > MAPPED
 out vec3 world_position;
 #endif
@@ -78,7 +81,7 @@ void main() {
 #ifdef LAYER_APART
     layer_texcoord = layer_texcoord_of_its_own();
 #endif
-#if defined(TINTED) || defined(FADES)
+#if defined(TINTED) || defined(FADES) || defined(LAYER_TINTED)
     tint = in_tint;
 #endif
 #ifdef BAKED
@@ -88,6 +91,9 @@ void main() {
 #endif
 #endif
     scale = output_scale.x;
+#if defined(EMISSIVE) || defined(LAID_GLOW)
+    own_scale = output_scale.y;
+#endif
 #if LIGHTS > MAPPED
     world_position = world.xyz;
 #endif

@@ -16,6 +16,7 @@ from followspot.present.viewer.asking import Found
 from followspot.present.viewer.state import Look
 from followspot.scene.fog import Fog
 from followspot.scene.light import SpotLight
+from followspot.scene.material import Laid, Layer
 from followspot.scene.settings import CullFace
 from followspot.spaces import vec3
 
@@ -244,6 +245,16 @@ def colouring(finger: Finger) -> None:
     assert not found(finger).thumbnails
     context.window_focus("//Assets")
     finger.wait(lambda _: found(finger).thumbnails)
+    assert not context.item_exists("//Assets/grain")
+    scene = finger.state.scene
+    rough = replace(scene.materials[0], layer=Layer("a.png", Laid.GRAIN))
+    level = replace(scene.level, materials=(rough, *scene.materials[1:]))
+    finger.viewer.state = replace(finger.state, scene=replace(scene, level=level))
+    finger.wait(lambda state: context.item_exists("//Assets/grain"))
+    finger.click("//Assets/grain")
+    finger.wait(lambda state: state.settings.grain)
+    finger.viewer.state = replace(finger.state, scene=scene)
+    finger.wait(lambda _: not context.item_exists("//Assets/grain"))
     gpu_scene = finger.in_frame(lambda: finger.viewer.renderer.open(finger.state.scene))
     for material, thumbnail in found(finger).thumbnails.items():
         assert thumbnail.size == gpu_scene.image_of(material).size

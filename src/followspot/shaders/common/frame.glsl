@@ -14,7 +14,8 @@ layout(std140) uniform Frame {
     vec4 light_position[MAX_LIGHTS];      // world units; w: depth that a receiver is moved by
     vec4 light_axis[MAX_LIGHTS];          // towards the light over the rim's width; w: its offset
     vec4 light_radiance[MAX_LIGHTS];      // rgb: W/(m^2 sr) of a white surface at one unit
-    vec4 output_scale;                    // x: what outputs are multiplied by: exposure, if displayed
+    vec4 output_scale;                    // x: what outputs are multiplied by: exposure, if displayed;
+                                          // y: what self-lit texels are
     vec4 sky_scale;                       // x: radiance of a sky texel of value 1
     vec4 eye_position;                    // world units
     vec4 fog_mins[MAX_FOGS];              // corners of boxes of fog, from the eye, world units

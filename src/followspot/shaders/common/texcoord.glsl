@@ -2,18 +2,32 @@
 // coordinates. scene/motion.py puts the matrices together.
 in vec2 in_texcoord;
 
-// Where the base image is looked up before anything moves it.
-#ifdef MIRRORS
+#if defined(MIRRORS) || defined(LAYER_MIRRORS)
 // `tcGen environment`: by the way that a ray from the eye leaves a mirror, in the model's axes.
-vec2 base_rest() {
+vec2 mirrored() {
     vec3 n = normal_in_world();
     vec3 to_eye = normalize(eye_position.xyz - vertex_in_world().xyz);
     vec3 away = in_axes_of_object(2.0 * dot(n, to_eye) * n - to_eye);
     return vec2(0.5, 0.5) + vec2(0.5, -0.5) * away.yz;
 }
-#else
+#endif
+
+// Where images are looked up before anything moves them.
 vec2 base_rest() {
+#ifdef MIRRORS
+    return mirrored();
+#else
     return in_texcoord;
+#endif
+}
+
+#ifdef LAYER_APART
+vec2 layer_rest() {
+#ifdef LAYER_MIRRORS
+    return mirrored();
+#else
+    return in_texcoord;
+#endif
 }
 #endif
 
@@ -52,11 +66,11 @@ vec2 base_texcoord() {
 #ifdef LAYER_APART
 vec2 layer_texcoord_of_its_own() {
 #ifdef LAYER_SWAYS
-    return layer_moved * vec3(in_texcoord, 1.0) + layer_swayed * turbulence();
+    return layer_moved * vec3(layer_rest(), 1.0) + layer_swayed * turbulence();
 #elif defined(LAYER_MOVES)
-    return layer_moved * vec3(in_texcoord, 1.0);
+    return layer_moved * vec3(layer_rest(), 1.0);
 #else
-    return in_texcoord;
+    return layer_rest();
 #endif
 }
 #endif

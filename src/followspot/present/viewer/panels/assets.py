@@ -6,7 +6,7 @@ from imgui_bundle import imgui
 
 from followspot.present.viewer.panels import thumbnail
 from followspot.present.viewer.state import Seen, State
-from followspot.scene.material import Material
+from followspot.scene.material import Laid, Material
 from followspot.scene.scene import Scene
 
 _EDGE = 40.0
@@ -19,11 +19,16 @@ def show(state: State, seen: Seen) -> State:
     imgui.text(f"{scene.mesh.triangle_count:,} triangles, {len(scene.images)} images")
     imgui.text(f"{len(scene.crowd)} characters, {len(scene.props)} props")
     _problems(scene)
+    if any(m.layer and m.layer.laid is Laid.GRAIN for m in scene.materials):
+        changed, grain = imgui.checkbox("grain", state.settings.grain)
+        imgui.set_item_tooltip("Images that make surfaces rougher when seen from near")
+        if changed:
+            state = state.with_settings(grain=grain)
     imgui.set_next_item_width(-1)
     changed, search = imgui.input_text_with_hint("##find", "find a material", state.asset_search)
     if changed:
         state = replace(state, asset_search=search)
-    worn = dict.fromkeys((*scene.materials, *scene.crowd.materials))
+    worn = dict.fromkeys(scene.worn)
     shown = [m for m in worn if search.strip().lower() in m.name.lower()]
     imgui.text_disabled(f"{len(shown)} of {len(worn)} materials")
     visible: list[Material] = []
@@ -55,7 +60,8 @@ def _problems(scene: Scene) -> None:
 
 def _material(material: Material, seen: Seen) -> None:
     thumbnail.show(material, _EDGE, seen.found)
-    images = filter(None, (material.image, material.layer))
+    layer = material.layer.image if material.layer else None
+    images = [image for image in (material.image, layer) if image is not None]
     imgui.set_item_tooltip(" + ".join(images) or "no image: white")
     imgui.same_line()
     imgui.begin_group()

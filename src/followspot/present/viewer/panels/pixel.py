@@ -51,7 +51,7 @@ def show(state: State, seen: Seen) -> State:
 
 def _material(scene: Scene, surface: Surface | None) -> Material | None:
     """The material that a surface's names are of."""
-    materials = (*scene.materials, *scene.crowd.materials)
+    materials = scene.worn
     names = None if surface is None else (surface.material, surface.texture)
     return next((m for m in materials if (m.name, m.image) == names), None)
 
@@ -118,7 +118,12 @@ def _light(report: PixelReport) -> None:
         _row("fog", f"{report.fog:.3f}")
         imgui.set_item_tooltip("Share of the light from there that fog holds back")
     _row("L", _numbers(report.radiance, ".4g"))
-    imgui.set_item_tooltip("W/(m² sr); rho E / pi where the surface is opaque and no fog before it")
+    imgui.set_item_tooltip(
+        "W/(m² sr); rho E / pi where the surface is opaque, no fog before it and no light its own"
+    )
+    if report.emitted.any():
+        _row("L emitted", _numbers(report.emitted, ".4g"))
+        imgui.set_item_tooltip("Of that what surfaces shine by themselves")
     _row("L x exposure", _numbers(report.exposed, ".4f"))
     _row("displayed", _numbers(report.displayed, ".0f"), report.displayed / 255)
     imgui.set_item_tooltip("sRGB bytes")

@@ -9,11 +9,15 @@ from followspot.assets.shader_parser import find_entries
 from followspot.assets.shader_script import ShaderScript
 from followspot.assets.shader_values import AlphaTest, Sides
 from followspot.assets.shader_values import BlendFactor as Factor
-from followspot.scene.material import Material, Shade, from_script, is_drawn
+from followspot.scene.material import ByVertex, Laid, Layer, Material, Shade
 from followspot.scene.motion import Motion
+from followspot.scene.script_material import from_script, is_drawn
 from synthetic import open_bsp
 
 WALL = Material("s", "wall")
+LIGHT = "map $lightmap; blendFunc filter"
+SHEEN = Layer("env", Laid.SHEEN, mirrors=True)
+ROUGH = Layer("rock", Laid.GRAIN, motion=Motion((Scale(8, 8),)))
 ADDS = Factor.ONE, Factor.ONE
 MIXES = Factor.SRC_ALPHA, Factor.ONE_MINUS_SRC_ALPHA
 FILTERS = Factor.DST_COLOR, Factor.ZERO
@@ -37,16 +41,97 @@ def made(*stages: str, general: str = "") -> Material:
     "stages",
     [
         ("map $lightmap", "map wall; blendFunc filter"),
-        ("map wall", "map $lightmap; blendFunc filter"),
-        ("map wall", "map glow; blendFunc add"),
-        ("map env; tcGen environment", "map wall; blendFunc add"),
-        ("map env; tcGen environment", "map wall; blendFunc blend; alphaGen wave sin 0 1 0 1"),
-        ("map wall; tcMod scroll 0 0", "map env; tcGen environment; blendFunc blend"),
-        ("map wall; tcMod scale 1 1", "map glow; blendFunc add; tcMod scroll 0 1"),
+        ("map wall", LIGHT),
+        ("map $lightmap", "map wall; blendFunc GL_DST_COLOR GL_SRC_COLOR"),
+        ("map wall", "map env; tcGen environment; blendFunc blend", LIGHT),
+        ("map wall; tcMod scroll 0 0; tcMod scale 1 1", LIGHT),
+        ("map wall; rgbGen vertex",),
+        ("map wall; rgbGen lightingDiffuse", "map rock; blendFunc GL_ONE GL_SRC_ALPHA"),
     ],
 )
-def test_the_base_image_is_the_surface_and_not_what_plays_on_it(stages: tuple[str, ...]) -> None:
+def test_the_base_image_is_the_surface(stages: tuple[str, ...]) -> None:
     assert made(*stages) == WALL
+
+
+GRAIN = "map rock; blendFunc GL_DST_COLOR GL_SRC_COLOR; tcMod scale 8 8"
+GLOW = "map glow; blendFunc add"
+MIRROR = "map env; tcGen environment"
+AGAIN = "map wall; blendFunc add"
+
+
+@pytest.mark.parametrize(
+    ("stages", "layer"),
+    [
+        (("map wall", LIGHT, GLOW), Layer("glow", Laid.GLOW)),
+        (("map $lightmap", "map wall; blendFunc filter", GLOW), Layer("glow", Laid.GLOW)),
+        (("map wall; rgbGen vertex", GLOW), Layer("glow", Laid.GLOW)),
+        (("map wall", GLOW, LIGHT), Layer("glow", Laid.SHEEN)),
+        (("map wall", f"{MIRROR}; blendFunc add", LIGHT), SHEEN),
+        (("map wall; rgbGen vertex", f"{MIRROR}; blendFunc add"), SHEEN),
+        (("map wall", MIRROR, AGAIN, LIGHT), SHEEN),
+        ((MIRROR, AGAIN, LIGHT), SHEEN),
+        (
+            ("map wall", f"{MIRROR}; rgbGen vertex", AGAIN, LIGHT),
+            replace(SHEEN, by_vertex=ByVertex.BRIGHTENS),
+        ),
+        (
+            ("map wall", f"{MIRROR}; rgbGen oneMinusVertex; tcMod scale 2 2", AGAIN, LIGHT),
+            replace(SHEEN, by_vertex=ByVertex.DIMS, motion=Motion((Scale(2, 2),))),
+        ),
+        (
+            ("map wall", f"clamp{MIRROR}; rgbGen const ( 0.5 1 0 ); blendFunc add", LIGHT),
+            replace(SHEEN, clamps=True, color=(0.5**2.2, 1, 0)),
+        ),
+        (("map wall", LIGHT, GRAIN), Layer("rock", Laid.GRAIN, motion=Motion((Scale(8, 8),)))),
+        (("map $lightmap", GRAIN, "map wall; blendFunc filter"), ROUGH),
+        (("map wall", "map rock; blendFunc filter", LIGHT), Layer("rock", Laid.FILTER)),
+        (
+            ("map wall", "map rock; blendFunc GL_ZERO GL_SRC_COLOR", LIGHT),
+            Layer("rock", Laid.FILTER),
+        ),
+        (("map wall", LIGHT, GRAIN, GLOW), Layer("glow", Laid.GLOW)),
+        (("map wall", GRAIN, f"{MIRROR}; blendFunc add", LIGHT), SHEEN),
+        (("map wall", GLOW, "map rock; blendFunc blend", LIGHT), Layer("rock")),
+    ],
+)
+def test_what_is_laid_on_the_base(stages: tuple[str, ...], layer: Layer) -> None:
+    assert made(*stages) == replace(WALL, layer=layer)
+
+
+def test_what_the_game_does_not_light_shines_by_itself() -> None:
+    lava = replace(WALL, shade=Shade.EMISSIVE)
+    assert made("map wall") == made("map wall; rgbGen identity") == lava
+    assert lava.shines and not WALL.shines
+    assert made("map wall", GLOW) == replace(lava, layer=Layer("glow", Laid.GLOW))
+    assert made("map wall; alphaFunc GE128", GLOW) == replace(lava, alpha_test=AlphaTest.GE128)
+    assert made(MIRROR).shade is Shade.LIT
+
+
+def test_what_shines_pulses() -> None:
+    wave = Wave(Shape.NOISE, 0.8, 0.2, 0, 1)
+    pulses = "rgbGen wave noise 0.8 0.2 0 1"
+    assert made(f"map wall; {pulses}").motion == Motion(color=wave)
+    lamp = made("map wall", LIGHT, f"{GLOW}; {pulses}")
+    assert lamp.layer == Layer("glow", Laid.GLOW, motion=Motion(color=wave))
+    assert lamp.shines and lamp.moves
+    assert made(f"map wall; {pulses}", LIGHT) == WALL
+
+
+def test_a_pulse_and_a_colour_make_one_factor() -> None:
+    wave = Wave(Shape.SQUARE, 0.5, 0.25, 0, 1)
+    layer = Layer("a", Laid.GLOW, color=(0.5, 1, 0), motion=Motion(color=wave))
+    assert layer.color_at(0) == pytest.approx([0.5 * 0.75**2.2, 0.75**2.2, 0])
+    assert Layer("a").color_at(3) == (1, 1, 1)
+
+
+def test_two_that_only_add_are_both_drawn_unless_they_fade_into_one_another() -> None:
+    turned = "map wall; blendFunc add; tcMod rotate 9"
+    flare = replace(WALL, blend=ADDS, shade=Shade.EMISSIVE)
+    both = replace(flare, layer=Layer("wall", Laid.GLOW, motion=Motion((Rotate(9),))))
+    assert made(AGAIN, turned) == both
+    assert made(AGAIN, f"{MIRROR}; blendFunc add") == flare
+    flame = made("animMap 9 wall b; blendFunc add", turned)
+    assert flame == replace(flare, motion=Motion(frames=("wall", "b"), rate=9))
 
 
 @pytest.mark.parametrize(
@@ -74,16 +159,21 @@ def test_blended_surfaces(
 @pytest.mark.parametrize(
     "stages",
     [
-        ("map wall", "map lamps; blendFunc blend"),
-        ("map wall", "map lamps; blendFunc blend", "map $lightmap; blendFunc filter"),
-        ("map wall", "map glow; blendFunc add; tcMod scroll 1 0", "map lamps; blendFunc blend"),
-        ("map wall", "map env; tcGen environment; blendFunc blend", "map lamps; blendFunc blend"),
+        ("map wall", LIGHT, "map lamps; blendFunc blend"),
+        ("map wall", "map lamps; blendFunc blend", LIGHT),
+        ("map wall", LIGHT, "map glow; blendFunc add", "map lamps; blendFunc blend"),
+        ("map wall", f"{MIRROR}; blendFunc blend", "map lamps; blendFunc blend", LIGHT),
         ("map wall", "map $lightmap; blendFunc blend", "map lamps; blendFunc blend"),
-        ("map wall", "map lamps; blendFunc blend; alphaGen identity", "map sign; blendFunc blend"),
+        (
+            "map wall",
+            LIGHT,
+            "map lamps; blendFunc blend; alphaGen identity",
+            "map sign; blendFunc blend",
+        ),
     ],
 )
 def test_an_image_lies_over_another(stages: tuple[str, ...]) -> None:
-    assert made(*stages) == replace(WALL, layer="lamps")
+    assert made(*stages) == replace(WALL, layer=Layer("lamps"))
 
 
 @pytest.mark.parametrize(
@@ -91,9 +181,7 @@ def test_an_image_lies_over_another(stages: tuple[str, ...]) -> None:
 )
 def test_metal_mirrors_below_what_lies_over_it(before: tuple[str, ...]) -> None:
     metal = replace(WALL, image="env", mirrors=True)
-    assert made(*before, "map env; tcGen environment", "map wall; blendFunc blend") == replace(
-        metal, layer="wall"
-    )
+    assert made(*before, MIRROR, "map wall; blendFunc blend") == replace(metal, layer=Layer("wall"))
 
 
 @pytest.mark.parametrize("first", ["map wall; alphaFunc GE128", "map wall; blendFunc blend"])
@@ -109,31 +197,35 @@ def test_reflections_alone_are_what_a_surface_shows() -> None:
     assert made("map env; tcGen environment", "map $lightmap; blendFunc filter") == metal
     first = "map env; tcGen environment; tcMod scroll 1 0"
     moving = replace(metal, motion=Motion((Scroll(1, 0),)))
-    assert made(first, "map shine; tcGen environment; blendFunc add") == moving
+    assert made(first, "map shine; tcGen environment; blendFunc blend") == moving
+    shine = replace(SHEEN, image="shine")
+    both = made(first, "map shine; tcGen environment; blendFunc add")
+    assert both == replace(moving, layer=shine)
 
 
 def test_vertices_alpha_lays_an_image_over_terrain() -> None:
-    rock, light = "map rock; blendFunc blend; alphaGen vertex", "map $lightmap; blendFunc filter"
-    assert made("map wall", rock, light) == replace(WALL, layer="rock", fades=True)
-    assert made("map wall", rock.replace("vertex", "wave sin 0 1 0 1"), light) == WALL
-    assert made("map wall", rock.replace("blend;", "add;"), light) == WALL
+    rock = "map rock; blendFunc blend; alphaGen vertex"
+    assert made("map wall", rock, LIGHT) == replace(WALL, layer=Layer("rock", fades=True))
+    assert made("map wall", rock.replace("vertex", "wave sin 0 1 0 1"), LIGHT) == WALL
     assert made("map wall; blendFunc add", rock).layer is None
-    cut_out = made("map wall; alphaFunc GE128", rock)
+    cut_out = made("map wall; alphaFunc GE128", rock, LIGHT)
     assert cut_out == replace(WALL, alpha_test=AlphaTest.GE128)
-    missing = from_script("s", script("map wall", rock), {"wall": "wall"}.get)
+    missing = from_script("s", script("map wall", rock, LIGHT), {"wall": "wall"}.get)
     assert missing == WALL
 
 
 def test_base_and_layer_move_each_by_its_own_directives() -> None:
     base = "map wall; tcMod rotate 10; tcMod scroll 0 1"
     layer = "animMap 4 a b c; blendFunc blend; alphaFunc GE128; tcMod scale 7 7"
-    material = made(base, layer)
+    material = made(base, layer, LIGHT)
     assert material == replace(
         WALL,
-        layer="a",
-        layer_alpha_test=AlphaTest.GE128,
+        layer=Layer(
+            "a",
+            alpha_test=AlphaTest.GE128,
+            motion=Motion((Scale(7, 7),), frames=("a", "b", "c"), rate=4),
+        ),
         motion=Motion((Rotate(10), Scroll(0, 1))),
-        layer_motion=Motion((Scale(7, 7),), frames=("a", "b", "c"), rate=4),
     )
     assert material.images == ("wall", "a", "b", "c")
     assert material.moves and not WALL.moves
@@ -141,7 +233,7 @@ def test_base_and_layer_move_each_by_its_own_directives() -> None:
 
 def test_images_that_are_not_there_are_left_out_of_an_animation() -> None:
     def found(stage: str, *names: str) -> Material:
-        return from_script("s", script(stage), {name: name for name in names}.get)
+        return from_script("s", script(stage, LIGHT), {name: name for name in names}.get)
 
     flame = found("animMap 10 a b c", "a", "c")
     assert (flame.image, flame.motion.frames) == ("a", ("a", "a", "c"))
@@ -152,18 +244,18 @@ def test_images_that_are_not_there_are_left_out_of_an_animation() -> None:
 
 def test_a_constant_colour_is_the_base_images() -> None:
     """In linear light; what a layer lies over keeps its own colours."""
-    assert made("map wall; rgbGen const ( 1 0.5 0 )").color == (1, 0.5**2.2, 0)
-    assert made("map wall; rgbGen const ( 1 1 1 )") == WALL
+    assert made("map wall; rgbGen const ( 1 0.5 0 )", LIGHT).color == (1, 0.5**2.2, 0)
+    assert made("map wall; rgbGen const ( 1 1 1 )", LIGHT) == WALL
     layered = made("map wall; rgbGen const ( 1 0 0 )", "map b; blendFunc blend")
-    assert (layered.layer, layered.color) == ("b", None)
+    assert layered.layer == Layer("b") and layered.color is None
 
 
 def test_what_is_blended_pulses_unless_its_images_follow_each_other() -> None:
     wave = "rgbGen wave sin .5 .5 0 2; alphaGen wave square 0 1 .5 1"
     color, alpha = Wave(Shape.SIN, 0.5, 0.5, 0, 2), Wave(Shape.SQUARE, 0, 1, 0.5, 1)
     assert made(f"map wall; blendFunc add; {wave}").motion == Motion(color=color, alpha=alpha)
-    assert made(f"map wall; {wave}") == WALL
-    assert made("map wall", f"map lamps; blendFunc blend; {wave}") == WALL
+    assert made(f"map wall; {wave}", LIGHT) == WALL
+    assert made("map wall", f"map lamps; blendFunc blend; {wave}", LIGHT) == WALL
     fire = made(f"animMap 10 wall b; blendFunc add; {wave}")
     assert fire.motion == Motion(frames=("wall", "b"), rate=10)
 
@@ -186,8 +278,8 @@ def test_what_only_adds(blend: tuple[Factor, Factor] | None, adds: bool) -> None
 
 def test_cut_out_surfaces_are_not_blended_too() -> None:
     leaf = Material("s", "leaf", alpha_test=AlphaTest.GE128)
-    assert made("map leaf; alphaFunc GE128") == leaf
-    assert made("map leaf; alphaFunc GE128; blendFunc blend") == leaf
+    assert made("map leaf; alphaFunc GE128", LIGHT) == leaf
+    assert made("map leaf; alphaFunc GE128; blendFunc blend", LIGHT) == leaf
     assert made("map leaf; alphaFunc GE128; blendFunc filter", "map $lightmap") == leaf
     assert made("map $lightmap; alphaFunc GE128", "map leaf; blendFunc filter") == leaf
 
@@ -198,7 +290,7 @@ def test_a_cut_out_decal_that_brightens_what_is_below_stays_one() -> None:
 
 
 def test_what_a_script_says_of_the_whole_surface() -> None:
-    assert made("clampMap wall", general="cull none") == replace(
+    assert made("clampMap wall", LIGHT, general="cull none") == replace(
         WALL, sides=Sides.BOTH, clamps=True
     )
     assert made("map $lightmap", general="cull back") == Material("s", "s", Sides.BACK)
