@@ -95,7 +95,7 @@ def test_one_animation_after_another(game: Path) -> None:
         ('model = "player:bot"\nposition = [0, 0]', r"characters\[0\].position"),
         (
             'model = "player:bot"\nposition = [0, 0, 0]\ncolour = 1',
-            r"known keys only \(model, .*found colour",
+            r"known keys \(model, .*found colour",
         ),
         (
             'model = "player:bot"\nposition = [0, 0, 0]\nanimation = "fly"',

@@ -221,7 +221,7 @@ A, B = "{time = 0, position = [0, 0, 0]}", "position = [9, 0, 0]"
         (f"keys = [{{{B}}}, {{{B}}}]", "paths.tour", "away from the one before"),
         (f"keys = [{A}, {{time = -1, {B}}}]", "paths.tour.keys[1].time", ">= 0"),
         (f"keys = [{A}, {{time = 1}}]", "paths.tour.keys[1]", "the key position"),
-        (f"keys = [{A}, {{time = 1, {B}, roll = 3}}]", "paths.tour.keys[1]", "known keys only"),
+        (f"keys = [{A}, {{time = 1, {B}, roll = 3}}]", "paths.tour.keys[1]", "known keys"),
         (f"keys = [{A}, {{time = 1, {B}, fov = 0}}]", "paths.tour.keys[1].fov", ">= 1"),
         (
             f"keys = [{A}, {{time = 1, {B}, yaw = 3, look_at = [0, 0, 0]}}]",
@@ -230,7 +230,7 @@ A, B = "{time = 0, position = [0, 0, 0]}", "position = [9, 0, 0]"
         ),
         (f"keys = [{A}, {{time = 1, {B}, look_at = [9, 0, 0]}}]", "paths.tour.keys[1]", "away"),
         ("auto = true\nseconds = 0", "paths.tour.seconds", "0.1"),
-        ("auto = true\nspeed = 9", "paths.tour", "known keys only"),
+        ("auto = true\nspeed = 9", "paths.tour", "known keys"),
     ],
 )
 def test_mistakes_in_a_scene_file(text: str, place: str, told: str) -> None:

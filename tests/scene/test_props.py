@@ -201,7 +201,7 @@ def test_factors_and_cut_outs_become_tints_and_tests(folder: Path) -> None:
         ),
         (
             'file = "cube.glb"\norigin = [0, 0, 0]\nsize = 2',
-            r"known keys only \(file, .*found size",
+            r"known keys \(file, .*found size",
         ),
         (
             'file = "cube.glb"\norigin = [0, 0, 0]\nscale = 0',

@@ -107,7 +107,7 @@ CAMERA = "[cameras.door]\nposition = [0, 0, 0]\n"
 
 WRONG = {
     # text behind `level = "a"`: (place, in expected, in found)
-    "levels = 3": ("", "known keys only (level, sky, metres_per_unit", "levels"),
+    "levels = 3": ("", "known keys (level, sky, metres_per_unit", "levels"),
     "metres_per_unit = 0": ("metres_per_unit", ">= 1e-06", "0"),
     "metres_per_unit = 1e300": ("metres_per_unit", "<= 1000000.0", "1e+300"),
     "metres_per_unit = 1e-300": ("metres_per_unit", ">= 1e-06", "1e-300"),

@@ -7,7 +7,7 @@ environment_constant = 1.0    # W/(m^2 sr) of a sky texel of value 1
 
 ambient = 0.0                 # W/(m^2 sr) from all around, added to the sky's
 
-[settings]                    # as with --set; exposure and environment_mip may be "auto"
+[settings]                    # as with --set; exposure, emission, environment_mip may be "auto"
 shadow_map_size = 2048
 
 Lights are told of in `light_file`, cameras and their paths in `path_file`, characters in
@@ -122,7 +122,7 @@ def _convert(value: object, kind: type[T], source: str, key: str) -> T:
         if match := re.match(r"Object contains unknown field `(.*)`", text):
             known = ", ".join(_known_keys(value, kind, path))
             raise AssetError(
-                source, place=place, expected=f"known keys only ({known})", found=match[1]
+                source, place=place, expected=f"known keys ({known})", found=match[1]
             ) from None
         if (missing := complaints.missing_key(text)) is not None:
             raise AssetError(
