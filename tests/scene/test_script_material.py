@@ -130,6 +130,10 @@ def test_two_that_only_add_are_both_drawn_unless_they_fade_into_one_another() ->
     both = replace(flare, layer=Layer("wall", Laid.GLOW, motion=Motion((Rotate(9),))))
     assert made(AGAIN, turned) == both
     assert made(AGAIN, f"{MIRROR}; blendFunc add") == flare
+    glass = made("map wall; blendFunc GL_ONE GL_ONE_MINUS_SRC_ALPHA", LIGHT, GLOW)
+    through = Factor.ONE, Factor.ONE_MINUS_SRC_ALPHA
+    assert glass == replace(WALL, blend=through, layer=Layer("glow", Laid.GLOW))
+    assert made("map wall; blendFunc blend", LIGHT, GLOW) == replace(WALL, blend=MIXES)
     flame = made("animMap 9 wall b; blendFunc add", turned)
     assert flame == replace(flare, motion=Motion(frames=("wall", "b"), rate=9))
 

@@ -151,9 +151,9 @@ def _layer(
     """What is laid on the base image, if anything is; of several that which is seen most of."""
     if blend is not None:
         # What adds twice can as well add the sum, unless the two fade into one another.
-        both = [s for s in script.stages if s.blend == _ADDS and _has_image(s)]
-        others = [s for s in both if s is not base and not _reflects(s)]
-        if blend != _ADDS or base.frame_rate or not others:
+        adding = [s for s in script.stages if s.blend == _ADDS and _has_image(s)]
+        others = [s for s in adding if s is not base and not _reflects(s)]
+        if blend[0] is not BlendFactor.ONE or base.frame_rate or not others:
             return None
         found = others[0], Laid.GLOW
     else:
