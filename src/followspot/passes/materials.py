@@ -87,7 +87,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
     alike = motion.tc_mods == layer_motion.tc_mods and material.mirrors == layer_mirrors
     layer_apart = layer is not None and not alike
     is_sprite = material.deforms.sprite is not None
-    has_own_shadow = material.sides is Sides.FRONT and material.shade is Shade.LIT and not is_sprite
+    has_own_shadow = material.sides is Sides.FRONT and material.blend is None and not is_sprite
     return Variant(
         material.alpha_test is not None,
         material.sides is not Sides.FRONT,
@@ -99,7 +99,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         layer is not None and layer.fades,
         layer is not None and layer.by_vertex is not None,
         layer is not None and (layer.color is not None or layer_motion.pulses),
-        is_smoothed and has_own_shadow and material.blend is None,
+        is_smoothed and has_own_shadow,
         bool(motion.tc_mods),
         motion.is_turbulent,
         layer_apart,

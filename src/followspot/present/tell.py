@@ -16,15 +16,6 @@ from followspot.present.still import Wish
 from followspot.present.stopwatch import Steps
 from followspot.scene import figure_file
 
-_LAID = {
-    "over": "laid over it",
-    "glow": "glowing",
-    "sheen": "reflected besides",
-    "filter": "colouring it",
-    "grain": "making it rougher",
-}
-"""What `inspect` says of layers."""
-
 
 def figures(name: str, folder: Path, wish: Wish) -> None:
     """Run ``followspot figures`` and print each file with the time that it took."""
@@ -142,6 +133,7 @@ def _materials(materials: Sequence[Mapping[str, Any]]) -> Table:
     table.columns[2].justify = "right"
     for m in materials:
         kind = m["shade"] if m["blend"] else "cut out" if m["alpha_test"] else "solid"
+        kind += ", emissive" if m["shade"] == "emissive" and not m["blend"] else ""
         sides = "" if m["sides"] == "front" else f", {m['sides']} sides"
         name = Text(m["name"])
         if m["image"] is None and not m["tinted"]:
@@ -149,6 +141,6 @@ def _materials(materials: Sequence[Mapping[str, Any]]) -> Table:
         elif not (image := m["image"] or "coloured").startswith(m["name"] + "."):
             name.append(f"\n  {image}")
         if m["layer"] is not None:
-            name.append(f"\n  + {m['layer']}, {_LAID[m['laid']]}")
+            name.append(f"\n  + {m['layer']}, {m['laid']}")
         table.add_row(name, kind + sides, str(m["triangles"]))
     return table
