@@ -12,6 +12,7 @@ from conftest import Draw
 from followspot.assets.archive import Archive
 from followspot.assets.shader_motion import Scale, Shape, Wave
 from followspot.assets.shader_values import BlendFactor
+from followspot.passes.materials import variant_of
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.material import ByVertex, Laid, Layer, Material, Shade
@@ -75,6 +76,37 @@ def test_what_a_layer_does(draw: Draw, archive: Archive, laid: Laid) -> None:
     np.testing.assert_allclose(final, 3 * shown + own, rtol=1e-5, atol=1e-5)
     constant = draw(scene, VIEW, View.FINAL, albedo=0.5, grain=True)[is_ground]
     np.testing.assert_allclose(constant, 1.5, rtol=1e-5)
+
+
+@pytest.mark.parametrize("laid", [Laid.SHEEN, Laid.FILTER, Laid.GRAIN, Laid.GLOW])
+def test_the_base_below_a_layer_has_its_own_colour(
+    draw: Draw, archive: Archive, laid: Laid
+) -> None:
+    """And the layer none of it."""
+    tint = (0.9, 0.3, 0.5, 1.0)
+    below = replace(BASE, is_tinted=True)
+    on_top = replace(below, layer=Layer("b.png", laid))
+    a, b = (
+        draw(ground(Material("m", f"{name}.png"), archive), VIEW, View.LAMBERTIAN) for name in "ab"
+    )
+    alone, shown = (
+        draw(ground(material, archive, tint), VIEW, View.LAMBERTIAN, grain=True)
+        for material in (below, on_top)
+    )
+    np.testing.assert_allclose(alone, a * tint[:3], atol=1e-5)
+    is_ground = a.max(axis=2) > 0
+    expected = put_together(laid, alone, b)[is_ground]
+    np.testing.assert_allclose(shown[is_ground], expected, atol=TEXEL_STEP)
+
+
+def test_grain_that_is_left_out_takes_no_program_of_its_own() -> None:
+    layer = Layer("b.png", Laid.GRAIN, color=(0.5, 1, 0.25), motion=Motion((Scale(3, 3),)))
+    smooth, rough = (
+        variant_of(replace(BASE, layer=each), is_smoothed=True) for each in (None, layer)
+    )
+    assert rough != smooth and rough.without_grain == smooth == smooth.without_grain
+    glows = variant_of(replace(BASE, layer=replace(layer, laid=Laid.GLOW)), is_smoothed=True)
+    assert glows.without_grain == glows
 
 
 def test_grain_is_left_out_unless_it_is_asked_for(draw: Draw, archive: Archive) -> None:

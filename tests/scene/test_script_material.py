@@ -247,11 +247,14 @@ def test_images_that_are_not_there_are_left_out_of_an_animation() -> None:
 
 
 def test_a_constant_colour_is_the_base_images() -> None:
-    """In linear light; what a layer lies over keeps its own colours."""
+    """In linear light; where vertices tell how far a layer covers, it keeps its own colours."""
     assert made("map wall; rgbGen const ( 1 0.5 0 )", LIGHT).color == (1, 0.5**2.2, 0)
     assert made("map wall; rgbGen const ( 1 1 1 )", LIGHT) == WALL
-    layered = made("map wall; rgbGen const ( 1 0 0 )", "map b; blendFunc blend")
-    assert layered.layer == Layer("b") and layered.color is None
+    red = "map wall; rgbGen const ( 1 0 0 )"
+    layered = made(red, LIGHT, "map b; blendFunc blend")
+    assert layered == replace(WALL, layer=Layer("b"), color=(1.0, 0.0, 0.0))
+    terrain = made(red, LIGHT, "map b; blendFunc blend; alphaGen vertex")
+    assert terrain == replace(WALL, layer=Layer("b", fades=True))
 
 
 def test_what_is_blended_pulses_unless_its_images_follow_each_other() -> None:

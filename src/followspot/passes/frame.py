@@ -172,7 +172,12 @@ class FramePipeline:
             self._fog_in_view = self._fog.in_view(frame.camera.position, clip_from_world)
         fogs = len(self._fog_in_view)
         for each in (self._surfaces.programs, self._characters.programs):
-            each.prepare(frame.view, self._macros | {"FOGS": fogs}, encoded=encoded)
+            each.prepare(
+                frame.view,
+                self._macros | {"FOGS": fogs},
+                encoded=encoded,
+                has_grain=frame.settings.grain,
+            )
         if frame.view is View.FINAL:
             self._sky.prepare(encoded=encoded, fogs=fogs)
         self._is_encoded = encoded

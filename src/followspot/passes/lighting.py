@@ -124,8 +124,6 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
     }
     if settings.shadow_fit:
         macros["SHADOW_FIT"] = 1
-    if settings.grain:
-        macros["GRAIN"] = 1
     if settings.shadow_cull is not CullFace.FRONT:
         macros["LIT_SIDES_CAST"] = 1
     if settings.albedo is not None:

@@ -6,9 +6,39 @@ import moderngl
 
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.gpu import gl, program
-from followspot.scene.material import Blend, Laid, Material, Shade
-from followspot.scene.motion import STILL
+from followspot.scene.material import Blend, Laid, Layer, Material, Shade
 from followspot.scene.settings import CullFace
+
+
+class LayerVariant(NamedTuple):
+    """What of a material's layer is compiled into its program."""
+
+    laid: Laid
+    alpha_test: AlphaTest | None
+    fades: bool
+    tinted: bool
+    colored: bool
+    apart: bool
+    moves: bool
+    sways: bool
+    mirrors: bool
+
+    @property
+    def defines(self) -> dict[str, int | str]:
+        """Macros of surface.vert and surface.frag."""
+        switches = {
+            "FADES": self.fades,
+            "LAYER_TINTED": self.tinted,
+            "LAYER_COLORED": self.colored,
+            "LAYER_APART": self.apart,
+            "LAYER_MOVES": self.moves,
+            "LAYER_SWAYS": self.sways,
+            "LAYER_MIRRORS": self.mirrors,
+        }
+        macros = {"LAYERED": 1, f"LAID_{self.laid.name}": 1} | _macros(switches)
+        if self.alpha_test is not None:
+            macros["LAYER_TEST"] = "vec2({}, {})".format(*_ALPHA_TESTS[self.alpha_test])
+        return macros
 
 
 class Variant(NamedTuple):
@@ -20,23 +50,15 @@ class Variant(NamedTuple):
     veils: bool
     shade: Shade
     tinted: bool
-    laid: Laid | None
-    fades: bool
-    layer_tinted: bool
-    layer_colored: bool
     smoothed: bool
     moves: bool
     sways: bool
-    layer_apart: bool
-    layer_moves: bool
-    layer_sways: bool
     mirrors: bool
-    layer_mirrors: bool
-    layer_test: AlphaTest | None
     pulses: bool
     displaced: bool
     swells: bool
     sprite: bool
+    layer: LayerVariant | None
 
     @property
     def defines(self) -> dict[str, int | str]:
@@ -47,31 +69,35 @@ class Variant(NamedTuple):
             "BLENDED": self.blended,
             "VEILS": self.veils,
             "TINTED": self.tinted,
-            "LAYERED": self.laid is not None,
-            "FADES": self.fades,
-            "LAYER_TINTED": self.layer_tinted,
-            "LAYER_COLORED": self.layer_colored,
             "SMOOTHED": self.smoothed,
             "MOVES": self.moves,
             "SWAYS": self.sways,
-            "LAYER_APART": self.layer_apart,
-            "LAYER_MOVES": self.layer_moves,
-            "LAYER_SWAYS": self.layer_sways,
             "MIRRORS": self.mirrors,
-            "LAYER_MIRRORS": self.layer_mirrors,
             "PULSES": self.pulses,
             "DISPLACED": self.displaced,
             "SWELLS": self.swells,
             "SPRITE": self.sprite,
         }
-        macros: dict[str, int | str] = {name: 1 for name, is_on in switches.items() if is_on}
-        if self.laid is not None:
-            macros[f"LAID_{self.laid.name}"] = 1
-        if self.layer_test is not None:
-            macros["LAYER_TEST"] = "vec2({}, {})".format(*_ALPHA_TESTS[self.layer_test])
+        macros = _macros(switches)
+        if self.layer is not None:
+            macros |= self.layer.defines
         if self.shade is not Shade.LIT:
             macros[self.shade.name] = 1
         return macros
+
+    @property
+    def without_grain(self) -> "Variant":
+        """The one that leaves a layer out that only makes the base image rougher.
+
+        One program then draws such materials and those without a layer: changing programs costs
+        more than the rest of a draw.
+        """
+        is_grain = self.layer is not None and self.layer.laid is Laid.GRAIN
+        return self._replace(layer=None) if is_grain else self
+
+
+def _macros(switches: dict[str, bool]) -> dict[str, int | str]:
+    return {name: 1 for name, is_on in switches.items() if is_on}
 
 
 def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
@@ -81,11 +107,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material: What to draw.
         is_smoothed: Whether normals are far from those of many triangles; see `Mesh.is_smoothed`.
     """
-    motion, layer = material.motion, material.layer
-    layer_motion = STILL if layer is None else layer.motion
-    layer_mirrors = layer is not None and layer.mirrors
-    alike = motion.tc_mods == layer_motion.tc_mods and material.mirrors == layer_mirrors
-    layer_apart = layer is not None and not alike
+    motion = material.motion
     is_sprite = material.deforms.sprite is not None
     has_own_shadow = material.sides is Sides.FRONT and material.blend is None and not is_sprite
     return Variant(
@@ -95,23 +117,31 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         veils(material),
         material.shade,
         material.is_tinted,
-        None if layer is None else layer.laid,
-        layer is not None and layer.fades,
-        layer is not None and layer.by_vertex is not None,
-        layer is not None and (layer.color is not None or layer_motion.pulses),
         is_smoothed and has_own_shadow,
         bool(motion.tc_mods),
         motion.is_turbulent,
-        layer_apart,
-        layer_apart and bool(layer_motion.tc_mods),
-        layer_apart and layer_motion.is_turbulent,
         material.mirrors,
-        layer_mirrors,
-        None if layer is None else layer.alpha_test,
         motion.pulses,
         bool(material.deforms.moves),
         material.deforms.swell is not None,
         is_sprite,
+        None if material.layer is None else _layer_variant_of(material, material.layer),
+    )
+
+
+def _layer_variant_of(material: Material, layer: Layer) -> LayerVariant:
+    motion = layer.motion
+    tells_more = motion.tc_mods != material.motion.tc_mods or layer.mirrors != material.mirrors
+    return LayerVariant(
+        layer.laid,
+        layer.alpha_test,
+        layer.fades,
+        layer.by_vertex is not None,
+        layer.color is not None or motion.pulses,
+        tells_more,
+        tells_more and bool(motion.tc_mods),
+        tells_more and motion.is_turbulent,
+        layer.mirrors,
     )
 
 

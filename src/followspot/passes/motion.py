@@ -19,7 +19,8 @@ _AFFINE, _SWAY = struct.Struct("6f"), struct.Struct("8f")
 
 def mover_of(material: Material, variant: Variant, gpu_scene: GpuScene) -> "Mover | None":
     """A material's, if it has anything to be told."""
-    needed = material.moves or variant.layer_colored
+    is_colored = variant.layer is not None and variant.layer.colored
+    needed = material.moves or is_colored
     return Mover(material, variant, gpu_scene) if needed else None
 
 
@@ -56,10 +57,11 @@ class Mover:
         of, variant = self._material, self._variant
         if variant.moves:
             yield from _coordinates("base", of.motion, seconds)
-        if of.layer is not None and variant.layer_moves:
-            yield from _coordinates("layer", of.layer.motion, seconds)
-        if of.layer is not None and variant.layer_colored:
-            yield "layer_color", _TRIPLE.pack(*of.layer.color_at(seconds))
+        if of.layer is not None and variant.layer is not None:
+            if variant.layer.moves:
+                yield from _coordinates("layer", of.layer.motion, seconds)
+            if variant.layer.colored:
+                yield "layer_color", _TRIPLE.pack(*of.layer.color_at(seconds))
         if variant.pulses:
             yield "pulse", _PAIR.pack(*of.motion.pulse(seconds))
         if variant.displaced:

@@ -182,6 +182,7 @@ class SurfacePrograms:
         macros: Mapping[str, int | str],
         *,
         encoded: bool,
+        has_grain: bool,
     ) -> None:
         """Choose the shaders for the next frames, compiling what is new. Not inside a frame.
 
@@ -189,11 +190,12 @@ class SurfacePrograms:
             view: The stage that is written.
             macros: Of surface.frag; see `lighting.constants` and `lighting.counts`.
             encoded: Whether the picture is sRGB; what is not blended writes that itself.
+            has_grain: Whether layers are drawn that only make the base image rougher.
 
         Raises:
             ShaderError: a new one does not compile; those chosen before stay.
         """
-        wanted = view, encoded, macros
+        wanted = view, encoded, has_grain, macros
         if wanted == self._wanted:
             return
         common: dict[str, int | str] = {**_VIEWS, **macros, "VIEW": f"VIEW_{view.name}"}
@@ -201,9 +203,10 @@ class SurfacePrograms:
             common["ENCODED"] = 1
         chosen = {}
         for variant in self._variants:
-            key = (*common.items(), variant)
+            drawn = variant if has_grain else variant.without_grain
+            key = (*common.items(), drawn)
             if key not in self._made:
-                defines = common | variant.defines | self._defines
+                defines = common | drawn.defines | self._defines
                 self._made[key] = Shader(
                     self._context, self._folder, "surface", self._make_arrays, defines
                 )

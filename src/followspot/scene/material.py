@@ -79,6 +79,11 @@ class Layer:
     motion: Motion = STILL
     color: Color | None = None
 
+    @property
+    def reads_tints(self) -> bool:
+        """Whether the mesh's tints matter to it."""
+        return self.fades or self.by_vertex is not None
+
     def color_at(self, seconds: float) -> Color:
         """What its texels are multiplied by at a time, linear."""
         pulse, _ = self.motion.pulse(seconds)
@@ -155,8 +160,7 @@ class Material:
     @property
     def reads_tints(self) -> bool:
         """Whether the mesh's tints matter to it."""
-        by_layer = self.layer is not None and (self.layer.fades or self.layer.by_vertex is not None)
-        return by_layer or self.is_tinted
+        return self.is_tinted or (self.layer is not None and self.layer.reads_tints)
 
     @property
     def casts(self) -> bool:

@@ -90,7 +90,7 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
         mirrors=_reflects(stage),
         motion=motion,
         deforms=Deforms.of(script.deforms),
-        color=None if layer else _linear(stage.color),
+        color=None if layer and layer.reads_tints else _linear(stage.color),
     )
 
 

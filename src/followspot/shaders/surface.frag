@@ -12,7 +12,7 @@
 
 #define MAPPED (SHADOWS + POINT_SHADOWS)
 #define MIDDLE_GREY 0.2140411  // linear light of what is displayed as one half
-#if defined(LAYERED) && !defined(ALBEDO) && (defined(GRAIN) || !defined(LAID_GRAIN))
+#if defined(LAYERED) && !defined(ALBEDO)
 #define SHOWS_LAYER
 #endif
 
@@ -191,6 +191,9 @@ void main() {
 #ifdef ALPHA_TEST
     if (texel.a * alpha_test.x + alpha_test.y <= 0.0) discard;
 #endif
+#ifdef TINTED
+    texel *= tint;
+#endif
 #ifdef SHOWS_LAYER
     vec4 layer = texture(layer_image, layer_texcoord);
 #ifdef FADES
@@ -214,8 +217,6 @@ void main() {
 #elif defined(LAID_GRAIN)
     texel.rgb = min(texel.rgb * layer.rgb / MIDDLE_GREY, 1.0);
 #endif
-#elif defined(TINTED)
-    texel *= tint;
 #endif
 #ifdef PULSES
     texel *= pulse.xxxy;
