@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,17 +11,17 @@ from numpy.typing import ArrayLike
 
 from conftest import Draw
 from figures import at, figure, with_characters
-from followspot.arrays import Floats
+from followspot.arrays import Floats, Mask
 from followspot.assets.shader_values import BlendFactor
 from followspot.gpu import blocks
-from followspot.passes.fog import LitFog
+from followspot.passes.fog import FogInView, LitFog
 from followspot.passes.view import SURFACE_VIEWS, View
 from followspot.scene.camera import Camera
-from followspot.scene.fog import Fog
+from followspot.scene.fog import Fog, optical_depths
 from followspot.scene.material import Material, Shade
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
-from followspot.spaces import vec3
+from followspot.spaces import Vec3, vec3
 from synthetic import (
     SIZE,
     WHITE_SKY,
@@ -254,10 +255,55 @@ def test_volumes_behind_the_camera_are_left_out() -> None:
     scene = make_scene([floor(250)], sky=WHITE_SKY)
     ahead, behind = (fog((x, -30, 0), (x + 50, 30, 50)) for x in (100, -150))
     lit = LitFog(foggy(scene, ahead, behind), Settings())
-    for yaw, number in ((0, 0), (180, 1)):
+    for yaw, there in ((0, ahead), (180, behind)):
         view = camera((0, 0, 20), yaw=yaw)
         matrix = view.clip_from_view(SIZE[0] / SIZE[1], 1e3) @ view.view_from_world
-        assert lit.in_view(view.position, matrix).tolist() == [number]
+        assert lit.in_view(view.position, matrix).mins.tolist() == [there.mins.tolist()]
+
+
+def test_what_no_fog_can_cover_is_drawn_without(
+    draw: Draw, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The picture is the same as if everything were drawn through it, whoever looks."""
+    drawn, asked = FogInView.may_cover, []
+
+    def remembered(*args: Any) -> Mask:
+        asked.append(drawn(*args))
+        return asked[-1]
+
+    def everything(_: FogInView, eye: Vec3, mins: Floats, maxs: Floats) -> Mask:
+        return np.ones(len(mins), bool)
+
+    pieces = [floor(250)]
+    for x in (40, 200, 110):
+        material = Material(f"box at {x}")
+        sides = box((x, -20, 0), (x + 20, 20, 40))
+        pieces += [replace(side, material=material) for side in sides]
+    scene = foggy(make_scene(pieces, sky=WHITE_SKY), fog((90, -60, 0), (150, 60, 60), RUST))
+    for eye, yaw in (((0, 50, 30), -20), ((0, -50, 30), 20), ((120, 40, 20), 0), ((0, 0, 20), 180)):
+        view = camera(eye, yaw=yaw)
+        monkeypatch.setattr(FogInView, "may_cover", remembered)
+        shown = draw(scene, view, View.FINAL)
+        monkeypatch.setattr(FogInView, "may_cover", everything)
+        assert np.array_equal(shown, draw(scene, view, View.FINAL))
+    assert asked[0].any() and not asked[0].all()
+
+
+def test_a_box_is_covered_where_any_ray_into_it_meets_fog() -> None:
+    random = np.random.default_rng(4)
+    places = np.sort(random.uniform(-100, 100, (300, 3, 2, 3)), axis=2)
+    found = []
+    for (volume_mins, volume_maxs), (mins, maxs), (eye, _) in places:
+        volume = fog(volume_mins, (volume_mins + volume_maxs) / 2)
+        corners = np.array([[volume.mins], [volume.maxs]], np.float32)
+        view = FogInView(corners[0], corners[1], np.ones((1, 4)))
+        told = view.may_cover(eye, mins[np.newaxis], maxs[np.newaxis])[0]
+        inside = random.uniform(mins, maxs, (500, 3))
+        meets = (optical_depths([volume], eye, inside) > 0).any()
+        assert told or not meets
+        found.append((told, meets))
+    told, meets = np.mean(found, axis=0)
+    assert meets > 0.2 and told < 0.8  # of what is told, most is so
 
 
 def test_of_too_many_volumes_the_nearest_are_drawn(draw: Draw) -> None:

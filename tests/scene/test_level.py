@@ -11,6 +11,7 @@ from followspot.assets.bsp import LUMPS, BspFile, FaceType
 from followspot.assets.shader_parser import find_entries
 from followspot.assets.surface_flags import Surface
 from followspot.scene import level
+from followspot.scene.bsp_tree import visible_leafs
 from followspot.scene.material import Layer, Material
 from synthetic import open_bsp
 
@@ -203,8 +204,12 @@ def two_rooms() -> BspFile:
 
 def test_visibility_is_the_levels_own() -> None:
     visibility = build(two_rooms()).visibility
-    assert visibility.faces_from(np.array([10.0, 0, 0])).tolist() == [True, False]
-    assert visibility.faces_from(np.array([-10.0, 0, 0])).tolist() == [True, True]
+    for x, seen in ((10.0, [True, False]), (-10.0, [True, True]), (11.0, [True, False])):
+        place = np.array([x, 0, 0])
+        assert visibility.faces_from(place).tolist() == seen
+        leafs = [*visible_leafs(visibility.bsp, place).tolist(), True]
+        for _ in range(2):
+            assert visibility.leafs_from(place).tolist() == leafs
 
 
 def test_from_outside_of_all_clusters_everything_is_seen() -> None:

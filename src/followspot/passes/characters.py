@@ -219,6 +219,7 @@ class CharacterPass:
     def _draw(self, draws: Sequence[_Draw]) -> None:
         self._upload(self._picture)
         state: object = None
+        (chosen,) = self.programs.chosen.values()
         for draw in draws:
             count = self._picture.counts[draw.figure]
             if not count:
@@ -230,7 +231,7 @@ class CharacterPass:
             draw.image.use(BASE_IMAGE)
             if draw.layer is not None:
                 draw.layer.use(LAYER_IMAGE)
-            shader = self.programs.chosen[draw.variant]
+            shader = chosen[draw.variant]
             if draw.mover is not None:
                 draw.mover.set(shader.program, self._seconds)
             self._render(draw, shader, count)

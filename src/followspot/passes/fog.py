@@ -1,9 +1,11 @@
 """Fog as the shaders are told of it: the boxes in view and how bright they are."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.arrays import Ints
+from followspot.arrays import Floats, Mask
 from followspot.gpu import blocks
 from followspot.passes import lighting
 from followspot.passes.drawlist import boxes_in_frustum, frustum_planes
@@ -12,8 +14,61 @@ from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from followspot.spaces import Mat4, Vec3
 
-NO_FOG: Ints = np.zeros(0, np.int64)
-"""Numbers of no volumes."""
+
+@dataclass(frozen=True, eq=False)
+class FogInView:
+    """The volumes of fog that a frame may show, under their light.
+
+    Attributes:
+        mins: (n, 3) corners in world units.
+        maxs: (n, 3) the opposite ones.
+        glow: (n, 4) what nothing but fog shines with, W/(m^2 sr), and 1, both times the
+            extinction per unit.
+    """
+
+    mins: NDArray[np.float32]
+    maxs: NDArray[np.float32]
+    glow: Floats
+
+    def __len__(self) -> int:
+        return len(self.glow)
+
+    @property
+    def key(self) -> object:
+        """Equal for fog that looks the same."""
+        return self.mins.tobytes(), self.maxs.tobytes(), self.glow.tobytes()
+
+    def may_cover(self, eye: Vec3, mins: NDArray[np.float32], maxs: NDArray[np.float32]) -> Mask:
+        """(m,) whether some of it may be before a box as an eye sees it, or in it.
+
+        Args:
+            eye: (3,) world units.
+            mins: (m, 3) corners of the boxes, likewise.
+            maxs: (m, 3) the opposite ones.
+        """
+        # A ray from the eye into a box stays within the box that holds both.
+        lows, highs = np.minimum(mins, eye), np.maximum(maxs, eye)
+        covered = np.zeros(len(lows), bool)
+        for fog_mins, fog_maxs in zip(self.mins, self.maxs, strict=True):
+            covered |= ((lows <= fog_maxs) & (highs >= fog_mins)).all(axis=1)
+        return covered
+
+    def write(self, block: NDArray[np.void], eye: Vec3, scale: float) -> None:
+        """Fill in the volumes of a frame block.
+
+        Args:
+            block: One of `blocks.FRAME`.
+            eye: (3,) world units.
+            scale: What light is multiplied by for output.
+        """
+        count = len(self)
+        block["fog_mins"][:count, :3] = self.mins - eye
+        block["fog_maxs"][:count, :3] = self.maxs - eye
+        block["fog_glow"][:count] = self.glow * (scale, scale, scale, 1.0)
+
+
+NO_FOG = FogInView(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), np.zeros((0, 4)))
+"""That of most levels."""
 
 
 class LitFog:
@@ -32,13 +87,12 @@ class LitFog:
         self._visibility = scene.visibility
         self._mins = np.array([fog.mins for fog in fogs], np.float32).reshape(-1, 3)
         self._maxs = np.array([fog.maxs for fog in fogs], np.float32).reshape(-1, 3)
-        # What nothing but fog shines with, W/(m^2 sr), and 1, each times the extinction per unit.
         glow = [np.append(fog.albedo * around, 1.0) * fog.extinction for fog in fogs]
         self._glow = np.reshape(glow, (-1, 4))
         self._leafs = bsp_tree.box_leafs_to_see(scene.visibility.bsp, self._mins, self._maxs)
 
-    def in_view(self, eye: Vec3, clip_from_world: Mat4) -> Ints:
-        """Numbers of the volumes that may be seen; of too many for a frame, the nearest.
+    def in_view(self, eye: Vec3, clip_from_world: Mat4) -> FogInView:
+        """The volumes that may be seen; of too many for a frame, the nearest.
 
         Args:
             eye: (3,) world units.
@@ -49,23 +103,11 @@ class LitFog:
         seen = boxes_in_frustum(frustum_planes(clip_from_world), self._mins, self._maxs)
         if seen.any():
             fog, leaf = self._leafs
-            seen &= np.isin(np.arange(len(seen)), fog[self._visibility.leafs_from(eye)[leaf]])
+            in_sight = np.zeros(len(seen), bool)
+            in_sight[fog[self._visibility.leafs_from(eye)[leaf]]] = True
+            seen &= in_sight
         chosen = np.flatnonzero(seen)
         if len(chosen) > blocks.MAX_FOGS:
             away = np.maximum(self._mins - eye, eye - self._maxs)[chosen].max(axis=1)
             chosen = chosen[np.argsort(away, kind="stable")[: blocks.MAX_FOGS]]
-        return chosen
-
-    def write(self, block: NDArray[np.void], chosen: Ints, eye: Vec3, scale: float) -> None:
-        """Fill in the volumes of a frame block.
-
-        Args:
-            block: One of `blocks.FRAME`.
-            chosen: Their numbers, as from `in_view`.
-            eye: (3,) world units.
-            scale: What light is multiplied by for output.
-        """
-        count = len(chosen)
-        block["fog_mins"][:count, :3] = self._mins[chosen] - eye
-        block["fog_maxs"][:count, :3] = self._maxs[chosen] - eye
-        block["fog_glow"][:count] = self._glow[chosen] * (scale, scale, scale, 1.0)
+        return FogInView(self._mins[chosen], self._maxs[chosen], self._glow[chosen])

@@ -170,13 +170,13 @@ class FramePipeline:
                 self._clip_from_view(frame.camera, target) @ frame.camera.view_from_world
             )
             self._fog_in_view = self._fog.in_view(frame.camera.position, clip_from_world)
-        fogs = len(self._fog_in_view)
-        for each in (self._surfaces.programs, self._characters.programs):
+        fogs, has_grain = len(self._fog_in_view), frame.settings.grain
+        for each, counts_of_fogs in (
+            (self._surfaces.programs, (0, fogs)),
+            (self._characters.programs, (fogs,)),
+        ):
             each.prepare(
-                frame.view,
-                self._macros | {"FOGS": fogs},
-                encoded=encoded,
-                has_grain=frame.settings.grain,
+                frame.view, self._macros, counts_of_fogs, encoded=encoded, has_grain=has_grain
             )
         if frame.view is View.FINAL:
             self._sky.prepare(encoded=encoded, fogs=fogs)
@@ -219,6 +219,7 @@ class FramePipeline:
             looked_at_from=camera.position,
         ):
             self._surfaces.upload(visible.opaque, visible.blended)
+        self._surfaces.choose(self._fog_in_view, camera.position, visible.faces)
         with_blended = frame.view.has_blended and settings.albedo is None
         blended = visible.blended if with_blended else NOTHING
         with timed("shadow"):
@@ -309,9 +310,9 @@ class FramePipeline:
         settings, tiles = frame.settings, self.shadow.tiles
         shadows = tiles, self.shadow.atlas.size, settings.shadow_normal_offset
         units = frame.scene.metres_per_unit, frame.scene.environment_constant
-        fogs = self._fog, self._fog_in_view.tobytes()
         scales = scale, self._own_scale(frame, scale)
-        wanted = clip_from_world.tobytes(), units, frame.lights, shadows, scales, fogs
+        fog = self._fog_in_view
+        wanted = clip_from_world.tobytes(), units, frame.lights, shadows, scales, fog.key
         if self._gpu_scene.frame_block_holds == wanted:
             return
         block = np.zeros((), blocks.FRAME)
@@ -324,8 +325,7 @@ class FramePipeline:
         block["sky_scale"][0] = frame.scene.environment_constant
         block["output_scale"][:2] = scales
         block["eye_position"][:3] = frame.camera.position
-        if self._fog is not None:
-            self._fog.write(block, self._fog_in_view, frame.camera.position, scale)
+        fog.write(block, frame.camera.position, scale)
         self._gpu_scene.frame_block.write(block.tobytes())
         self._gpu_scene.frame_block_holds = wanted
 

@@ -89,8 +89,7 @@ class Variant(NamedTuple):
     def without_grain(self) -> "Variant":
         """The one that leaves a layer out that only makes the base image rougher.
 
-        One program then draws such materials and those without a layer: changing programs costs
-        more than the rest of a draw.
+        One program then draws such materials and those without a layer, in fewer changes.
         """
         is_grain = self.layer is not None and self.layer.laid is Laid.GRAIN
         return self._replace(layer=None) if is_grain else self

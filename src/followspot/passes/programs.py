@@ -5,7 +5,8 @@ material, number of lights and sky, so that no pixel pays for a choice that is t
 frame.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import product
 
 import moderngl
 
@@ -151,7 +152,7 @@ class SurfacePrograms:
         defines: Macros that all of them have.
 
     Attributes:
-        chosen: By variant, those of the frames that have been prepared.
+        chosen: By number of volumes of fog and variant, those of the frames that are prepared.
     """
 
     def __init__(
@@ -169,7 +170,7 @@ class SurfacePrograms:
         self._defines = dict(defines or {})
         self._made: dict[object, Shader] = {}
         self._wanted: object = None
-        self.chosen: dict[Variant, Shader] = {}
+        self.chosen: dict[int, dict[Variant, Shader]] = {}
 
     @property
     def shaders(self) -> list[Shader]:
@@ -180,6 +181,7 @@ class SurfacePrograms:
         self,
         view: View,
         macros: Mapping[str, int | str],
+        fogs: Sequence[int],
         *,
         encoded: bool,
         has_grain: bool,
@@ -189,28 +191,31 @@ class SurfacePrograms:
         Args:
             view: The stage that is written.
             macros: Of surface.frag; see `lighting.constants` and `lighting.counts`.
+            fogs: Numbers of volumes of fog that surfaces are drawn through.
             encoded: Whether the picture is sRGB; what is not blended writes that itself.
             has_grain: Whether layers are drawn that only make the base image rougher.
 
         Raises:
             ShaderError: a new one does not compile; those chosen before stay.
         """
-        wanted = view, encoded, has_grain, macros
+        wanted = view, encoded, has_grain, macros, fogs
         if wanted == self._wanted:
             return
         common: dict[str, int | str] = {**_VIEWS, **macros, "VIEW": f"VIEW_{view.name}"}
         if encoded:
             common["ENCODED"] = 1
-        chosen = {}
-        for variant in self._variants:
+        chosen: dict[int, dict[Variant, Shader]] = {count: {} for count in fogs}
+        for count, variant in product(chosen, self._variants):
             drawn = variant if has_grain else variant.without_grain
-            key = (*common.items(), drawn)
+            macros_here = common | {"FOGS": count}
+            key = (*macros_here.items(), drawn)
             if key not in self._made:
-                defines = common | drawn.defines | self._defines
+                defines = macros_here | drawn.defines | self._defines
                 self._made[key] = Shader(
                     self._context, self._folder, "surface", self._make_arrays, defines
                 )
-            chosen[variant] = self._made[key] = self._made.pop(key)  # the last used is the last
+            # The last used is the last.
+            chosen[count][variant] = self._made[key] = self._made.pop(key)
         self._wanted, self.chosen = wanted, chosen
         while len(self._made) > MAX_PROGRAMS:
             self._made.pop(next(iter(self._made))).release()

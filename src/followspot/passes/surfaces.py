@@ -3,14 +3,18 @@
 from typing import NamedTuple
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from followspot.gpu.gpu_scene import GpuScene
 from followspot.gpu.program import ShaderFolder
 from followspot.passes.drawlist import Batch, DrawList
+from followspot.passes.fog import FogInView
 from followspot.passes.materials import Variant, set_state, set_uniforms, variant_of
 from followspot.passes.motion import Mover, mover_of
 from followspot.passes.programs import BASE_IMAGE, LAYER_IMAGE, LIGHTMAPS, Shader, SurfacePrograms
 from followspot.scene.material import Material
+from followspot.spaces import Vec3
 
 
 class _Look(NamedTuple):
@@ -42,8 +46,10 @@ class SurfacePass:
         ]
         variants = {look.variant for look in self._looks}
         self.programs = SurfacePrograms(context, folder, variants, self._array)
-        self._chosen: object = None
         self._shaders: list[Shader] = []
+        self._chosen: object = None
+        self._through: object = None
+        self._faces: object = None
 
     def _look(self, material: Material, variant: Variant) -> _Look:
         of = self._gpu_scene
@@ -69,6 +75,27 @@ class SurfacePass:
         self._indices.write(opaque.indices)
         self._indices.write(blended.indices, offset=opaque.indices.nbytes)
 
+    def choose(self, fog: FogInView, eye: Vec3, faces: NDArray[np.void]) -> None:
+        """Choose the programs of the next draws: only what fog may cover is drawn through it.
+
+        Args:
+            fog: What there is of it in the frame.
+            eye: (3,) world units.
+            faces: Those that are drawn; the same object as long as they are the same.
+        """
+        chosen = self.programs.chosen
+        through = (fog.key, eye.tobytes()) if len(fog) else None
+        is_kept = chosen is self._chosen and through == self._through
+        if is_kept and (through is None or faces is self._faces):
+            return
+        self._chosen, self._through, self._faces = chosen, through, faces
+        fogs = np.zeros(len(self._looks), np.intp)
+        if len(fog):
+            is_covered = fog.may_cover(eye, faces["mins"], faces["maxs"])
+            fogs[faces["material"][is_covered]] = len(fog)
+        looks = zip(self._looks, fogs.tolist(), strict=True)
+        self._shaders = [chosen[count][look.variant] for look, count in looks]
+
     def draw_opaque(self, faces: DrawList, seconds: float) -> None:
         """Draw solid and cut-out faces as they are at a time, with depth test and writes."""
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
@@ -85,9 +112,7 @@ class SurfacePass:
         """Draw batches, changing only the state in which neighbours differ."""
         if self._gpu_scene.lightmaps is not None:
             self._gpu_scene.lightmaps.use(LIGHTMAPS)
-        chosen, state = self.programs.chosen, None
-        if chosen is not self._chosen:
-            self._chosen, self._shaders = chosen, [chosen[look.variant] for look in self._looks]
+        state: object = None
         for batch in batches:
             look = self._looks[batch.material]
             if look.state != state:

@@ -1,6 +1,7 @@
 """What the camera sees: culled and sorted into draw lists, kept while they hold."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from followspot import spaces
 from followspot.arrays import Mask
@@ -28,6 +29,7 @@ class VisibleFaces:
 
     Attributes:
         characters: (n,) which of the crowd the level does not hide for good.
+        faces: Records of those drawn; a new object whenever they are new.
         opaque: Solid and cut-out faces, roughly front to back.
         blended: Blended faces, back to front; those between that only add, by material.
         receivers: Boxes of all visible faces, and of where characters go, within the camera's
@@ -45,6 +47,7 @@ class VisibleFaces:
         self._is_cut_out = np.array([m.alpha_test is not None for m in materials], bool)
         self._is_blended = np.array([m.blend is not None for m in materials], bool)
         self._adds = np.array([m.only_adds for m in materials], bool)
+        self.faces = self._mesh.faces[:0]
         self.opaque, self.blended = NOTHING, NOTHING
         none, nowhere = np.zeros((0, 3), np.float32), np.zeros(0)
         self.receivers = Receivers(none, none, np.zeros((0, 8, 3)), nowhere, nowhere)
@@ -83,9 +86,10 @@ class VisibleFaces:
             boxes[self._crowd_box[self._visibility.leafs_from(eye)[self._crowd_leaf]]] = True
         self.characters = np.zeros(len(self._crowd), bool)
         self.characters[self._crowd.box_of[boxes]] = True
-        self.receivers = self._boxes_in_view(visible, boxes, clip_from_world)
+        self.faces = self._mesh.faces[visible]
+        self.receivers = self._boxes_in_view(self.faces, boxes, clip_from_world)
         if not cull:
-            visible = np.ones_like(visible)
+            self.faces, visible = self._mesh.faces, np.ones_like(visible)
         is_blended = self._is_blended[self._mesh.faces["material"]]
         opaque, blended = visible & ~is_blended, visible & is_blended
         cell = np.floor(viewpoint / SORT_CELL)
@@ -113,13 +117,14 @@ class VisibleFaces:
         seen &= height * self._side[faces["material"]] >= -FLAT
         return seen & self._visibility.faces_from(eye)
 
-    def _boxes_in_view(self, visible: Mask, boxes: Mask, clip_from_world: Mat4) -> Receivers:
+    def _boxes_in_view(
+        self, faces: NDArray[np.void], boxes: Mask, clip_from_world: Mat4
+    ) -> Receivers:
         """Boxes that hold all visible faces and characters within the camera's frustum, tightly.
 
         The frustum is cut into cells; each cell has the box of what the faces' boxes have in
         common with the cell's own.
         """
-        faces = self._mesh.faces[visible]
         cells = _frustum_cells(clip_from_world)
         all_mins = np.concatenate([faces["mins"], self._crowd.mins[boxes]])
         all_maxs = np.concatenate([faces["maxs"], self._crowd.maxs[boxes]])

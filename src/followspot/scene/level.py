@@ -42,14 +42,15 @@ class Visibility:
     everywhere: Mask
     prop_leafs: Ints = field(default_factory=lambda: np.empty((0, 2), np.int64))
     _seen: dict[int, Mask] = field(default_factory=dict)
+    _cluster_at: dict[bytes, int] = field(default_factory=dict)  # of one position, the last
+    _leafs: dict[int, Mask] = field(default_factory=dict)  # likewise of one cluster
 
     def faces_from(self, position: Floats) -> Mask:
         """(faces,) of the mesh that may be visible from a world position in units.
 
         All are where the position is in a wall or outside of the level.
         """
-        leaf = bsp_tree.point_leafs(self.bsp, position[np.newaxis])[0]
-        cluster = int(self.bsp.leafs["cluster"][leaf])
+        cluster = self._cluster(position)
         if cluster not in self._seen:
             self._seen[cluster] = self._look(position)
         return self._seen[cluster]
@@ -63,7 +64,20 @@ class Visibility:
 
         The one behind the last stands for everywhere.
         """
-        return np.append(bsp_tree.visible_leafs(self.bsp, position), True)
+        cluster = self._cluster(position)
+        if cluster not in self._leafs:
+            self._leafs.clear()
+            self._leafs[cluster] = np.append(bsp_tree.visible_leafs(self.bsp, position), True)
+        return self._leafs[cluster]
+
+    def _cluster(self, position: Floats) -> int:
+        """That of a position; a frame asks more than once."""
+        key = position.tobytes()
+        if key not in self._cluster_at:
+            self._cluster_at.clear()
+            leaf = bsp_tree.point_leafs(self.bsp, position[np.newaxis])[0]
+            self._cluster_at[key] = int(self.bsp.leafs["cluster"][leaf])
+        return self._cluster_at[key]
 
     def _look(self, position: Floats) -> Mask:
         visible = self.leafs_from(position)
