@@ -16,7 +16,7 @@ from followspot.scene import clouds, sky_files
 from followspot.scene.clouds import GROUND_RADIUS, SIZE, Clouds, Layer
 from followspot.scene.sky import CubeMap
 from followspot.scene.sky_files import BUILTIN_SKY
-from synthetic import cube_map, srgb_decoded, srgb_encoded
+from synthetic import cube_map
 
 RNG = np.random.default_rng(3)
 
@@ -67,7 +67,7 @@ def box() -> CubeMap:
     return cube_map((90, 30, 200))
 
 
-def test_layers_are_mixed_in_linear_light() -> None:
+def test_layers_are_mixed_as_they_are_displayed() -> None:
     """Before a box, which alone is seen straight below."""
     added = stage("map a\nblendFunc GL_ONE GL_ONE", plain(100, 100, 0, 255))
     mixed = stage("map b\nblendFunc GL_SRC_ALPHA GL_ONE_MINUS_SRC_ALPHA", plain(0, 200, 90, 64))
@@ -79,11 +79,8 @@ def test_layers_are_mixed_in_linear_light() -> None:
         ),
         512,
     ).sky("sky")
-    behind, first, second = (
-        srgb_decoded(np.array(c) / 255) for c in ((90, 30, 200), (100, 100, 0), (0, 200, 90))
-    )
     share = 64 / 255
-    expected = 255 * srgb_encoded((behind + first) * (1 - share) + second * share)
+    expected = np.array([190, 130, 200]) * (1 - share) + np.array([0, 200, 90]) * share
     assert np.abs(made.faces[:5, ..., :3] - expected).max() <= 1
     assert_array_equal(made.faces[5], box().faces[5])
 
@@ -95,8 +92,9 @@ def test_without_a_box_clouds_are_before_black() -> None:
     assert (made.faces[:5] == (10, 200, 30, 255)).all()
     assert (made.faces[5] == (0, 0, 0, 255)).all()
     dim = stage("map a\nrgbGen wave square 0.5 0 0 1", plain(255, 255, 255, 255))
-    shown = Clouds(None, (dim,), 512).sky("sky").faces[0, 0, 0, 0]
-    assert abs(shown / 255 - srgb_encoded(0.5**2.2)) <= 1 / 255
+    blue = stage("map a\nrgbGen const ( 0.2 0.4 1 )", plain(255, 255, 255, 255))
+    for layer, shown in ((dim, (128, 128, 128)), (blue, (51, 102, 255))):
+        assert (Clouds(None, (layer,), 512).sky("sky").faces[0, 0, 0, :3] == shown).all()
 
 
 def test_images_repeat_by_their_scale() -> None:
@@ -133,7 +131,17 @@ def archive(tmp_path: Path) -> Archive:
         ("skyParms env/far 512 -\n{\nmap env/cloud.png\n}", (50, 60, 70), []),
         ("skyParms env/none - -\n{\nmap env/cloud.png\n}", (50, 60, 70), ["env/none_rt"]),
         ("skyParms env/far - -\n{\nmap env/lost.png\n}", (1, 2, 3), ["env/lost.png"]),
-        ("skyParms env/far - -\n{\nmap $whiteimage\n}", (1, 2, 3), []),
+        ("skyParms env/far - -\n{\nmap $lightmap\n}", (1, 2, 3), []),
+        (
+            "skyParms full 512 -\n{\nmap $whiteimage\nrgbGen const ( .2 .4 1 )\n}",
+            (51, 102, 255),
+            [],
+        ),
+        (
+            "skyParms env/far - -\n{\nmap *white\nblendFunc filter\nrgbGen const ( 1 .5 0 )\n}",
+            (1, 1, 0),
+            [],
+        ),
     ],
 )
 def test_a_skys_script(

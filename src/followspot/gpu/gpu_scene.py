@@ -118,10 +118,7 @@ class GpuScene:
 
     def _upload_clouds(self, clouds: Clouds) -> None:
         for layer in clouds.layers:
-            image = layer.image
-            self.clouds.append(
-                textures.upload(self.context, image.pixels, with_alpha=image.has_alpha)
-            )
+            self.clouds.append(textures.upload_shown(self.context, layer.image.pixels))
         if clouds.box is not None:
             self.behind_clouds = textures.upload_cube(self.context, clouds.box)
 

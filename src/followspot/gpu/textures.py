@@ -49,6 +49,14 @@ def upload(
     return texture
 
 
+def upload_shown(context: moderngl.Context, pixels: NDArray[np.uint8]) -> moderngl.Texture:
+    """A trilinear texture that repeats, of (h, w, 4) bytes that are read as they are, over 255."""
+    texture = context.texture(pixels.shape[1::-1], 4, pixels)
+    texture.build_mipmaps()
+    texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+    return texture
+
+
 def upload_lightmaps(context: moderngl.Context, luxels: NDArray[np.float32]) -> moderngl.Texture:
     """(h, w, 3) linear light; without MIP levels, in which faces would run into each other."""
     size = luxels.shape[1::-1]

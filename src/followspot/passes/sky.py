@@ -90,7 +90,7 @@ def _cloud_macros(clouds: Clouds) -> dict[str, int | str]:
         formula = "texel.rgb"
         if layer.stage.blend is not None:
             source, target = (_FACTORS[factor] for factor in layer.stage.blend)
-            formula = f"texel.rgb * {source} + light * {target}"
+            formula = f"texel.rgb * {source} + shown * {target}"
         macros[f"CLOUD_BLEND_{number}"] = f"({formula})"
     return macros
 
@@ -99,8 +99,8 @@ def _move(to: moderngl.Program, layers: Sequence[Layer], seconds: float) -> None
     """Tell a program how clouds lie at a time; turbulence would need vertices, and is left out."""
     terms = [layer.motion.terms(seconds)[:3] for layer in layers]
     program.set_uniform(to, "cloud_from_place", np.array(terms, np.float32))
-    bright = [layer.motion.pulse(seconds)[0] for layer in layers]
-    program.set_uniform(to, "cloud_brightness", np.array(bright, np.float32))
+    colors = [layer.color_at(seconds) for layer in layers]
+    program.set_uniform(to, "cloud_color", np.array(colors, np.float32))
 
 
 _FACTORS = {
@@ -108,8 +108,8 @@ _FACTORS = {
     BlendFactor.ZERO: "0.0",
     BlendFactor.SRC_COLOR: "texel.rgb",
     BlendFactor.ONE_MINUS_SRC_COLOR: "(1.0 - texel.rgb)",
-    BlendFactor.DST_COLOR: "light",
-    BlendFactor.ONE_MINUS_DST_COLOR: "(1.0 - light)",
+    BlendFactor.DST_COLOR: "shown",
+    BlendFactor.ONE_MINUS_DST_COLOR: "(1.0 - shown)",
     BlendFactor.SRC_ALPHA: "texel.a",
     BlendFactor.ONE_MINUS_SRC_ALPHA: "(1.0 - texel.a)",
     BlendFactor.DST_ALPHA: "1.0",  # the game's picture has no alpha: it counts as 1

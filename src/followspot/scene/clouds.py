@@ -3,6 +3,9 @@
 As they stand at first they are part of the sky's cube map, which lights the scene. Where they move,
 pictures show them anew: ``clouds.glsl`` says the same for pixels.
 
+Layers and box are put together as they are displayed, as the game does: a sky is a picture that
+somebody has painted, light by light.
+
 They lie on a sphere so large that it looks like a flat layer above the eye: `GROUND_RADIUS` units
 and the script's height more about a point `GROUND_RADIUS` below. Texture coordinates are the angles
 in radians between the X and Y axes and the place's direction from the sphere's middle, as in
@@ -17,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
-from followspot.assets.image import BYTE_TO_LINEAR, Image, linear_to_srgb
+from followspot.assets.image import Image
 from followspot.assets.shader_motion import Scale, Transform
 from followspot.assets.shader_script import Stage
 from followspot.assets.shader_values import BlendFactor
-from followspot.scene.motion import Motion
+from followspot.scene.material import Color
+from followspot.scene.motion import Motion, share
 from followspot.scene.sky import CubeMap
 
 GROUND_RADIUS = 4096.0
@@ -38,10 +42,6 @@ _BELOW = 5
 
 _LARGEST = 2048
 """Texels along an edge of an image that is made finer."""
-
-_STEPS = 1 << 14
-_ENCODED = np.rint(linear_to_srgb(np.arange(_STEPS + 1) / _STEPS) * 255).astype(np.uint8)
-"""sRGB bytes of linear light in so many steps: a byte's own step is three of them at least."""
 
 Values = NDArray[np.float32]
 
@@ -62,6 +62,12 @@ class Layer:
     def motion(self) -> Motion:
         """What the image does as time goes by."""
         return Motion(self.stage.tc_mods, color=self.stage.color_wave)
+
+    def color_at(self, seconds: float) -> Color:
+        """What its texels are multiplied by at a time, as displayed."""
+        brightness = share(self.stage.color_wave, seconds)
+        red, green, blue = self.stage.color or (1.0, 1.0, 1.0)
+        return red * brightness, green * brightness, blue * brightness
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +103,10 @@ class Clouds:
         sheets = [_Sheet(layer, size, seconds) for layer in self.layers]
         for face in range(_BELOW):
             places = coordinates(directions(face, size), self.height)
-            light = BYTE_TO_LINEAR.take(faces[face, ..., :3])
+            shown: Values = faces[face, ..., :3].astype(np.float32) / np.float32(255)
             for sheet in sheets:
-                light = _blended(sheet.blend, *sheet.at(places), light)
-            faces[face, ..., :3] = _ENCODED.take((light * _STEPS).astype(np.intp))
+                shown = _blended(sheet.blend, *sheet.at(places), shown)
+            faces[face, ..., :3] = np.rint(shown * 255)
         return CubeMap(name, faces)
 
 
@@ -142,23 +148,23 @@ class _Sheet:
         picture = PillowImage.fromarray(layer.image.pixels)
         self._texels = np.asarray(picture.resize((wanted, wanted), PillowImage.Resampling.BICUBIC))
         self._turn, self._shift = turn * wanted, np.array(shift, np.float32) * wanted
-        self._brightness = np.float32(layer.motion.pulse(seconds)[0])
+        self._color = np.array(layer.color_at(seconds), np.float32)
         self.blend = layer.stage.blend
 
     def at(self, places: Values) -> tuple[Values, Values]:
-        """(h, w, 3) linear light and (h, w, 1) alpha at (h, w, 2) texture coordinates."""
+        """(h, w, 3) colour as displayed and (h, w, 1) alpha at (h, w, 2) texture coordinates."""
         wanted = len(self._texels)
         columns, rows = np.floor(places @ self._turn + self._shift).transpose(2, 0, 1)
         number = (rows % wanted * wanted + columns % wanted).astype(np.intp)
         found = self._texels.reshape(-1, 4).take(number, axis=0)
-        color = BYTE_TO_LINEAR.take(found[..., :3]) * self._brightness
-        return color, found[..., 3:].astype(np.float32) / np.float32(255)
+        texels = found / np.float32(255)
+        return texels[..., :3] * self._color, texels[..., 3:]
 
 
 def _blended(
     blend: tuple[BlendFactor, BlendFactor] | None, color: Values, alpha: Values, behind: Values
 ) -> Values:
-    """Linear light, 1 at most, where a layer's color (h, w, 3) has been drawn over another."""
+    """What is displayed, 1 at most, where a layer's color (h, w, 3) has been drawn over another."""
     if blend is None:
         return color
     one = np.ones(1, np.float32)

@@ -96,14 +96,15 @@ class Motion:
 
     def pulse(self, seconds: float) -> Pair:
         """Factors of the image's colours, in linear light, and of its alpha, in [0, 1]."""
-        return _share(self.color, seconds) ** DISPLAY_GAMMA, _share(self.alpha, seconds)
+        return share(self.color, seconds) ** DISPLAY_GAMMA, share(self.alpha, seconds)
 
 
 STILL = Motion()
 """That of most images."""
 
 
-def _share(wave: Wave | None, seconds: float) -> float:
+def share(wave: Wave | None, seconds: float) -> float:
+    """What of something a wave leaves at a time, from 0 to 1; without one, all of it."""
     return 1.0 if wave is None else min(max(value(wave, seconds), 0.0), 1.0)
 
 

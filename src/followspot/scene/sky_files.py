@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from followspot.assets import image
 from followspot.assets.archive import Archive
 from followspot.assets.bsp import BspFile
@@ -16,6 +18,8 @@ from followspot.scene.search import BUILTIN
 from followspot.scene.sky import CubeMap
 
 BUILTIN_SKY = "env/courtyard"
+
+_WHITE = ("$whiteimage", "*white")
 
 
 def shaders(bsp: BspFile) -> list[str]:
@@ -66,6 +70,10 @@ def _layers(archive: Archive, stages: Sequence[Stage], problems: list[AssetError
     """Clouds; images that are not there, or cannot be read, are left out and told."""
     found: list[Layer] = []
     for stage in stages:
+        if stage.image in _WHITE:
+            white = Image(np.full((1, 1, 4), 255, np.uint8), has_alpha=False, source=stage.image)
+            found.append(Layer(stage, white))
+            continue
         if stage.image is None or stage.image.startswith(("$", "*")):
             continue
         path, tried = image.find_image(archive, stage.image)
