@@ -160,6 +160,16 @@ def test_blended_surfaces(
     assert made(*stages) == replace(WALL, blend=blend, shade=shade)
 
 
+def test_flames_are_not_lit_but_water_is() -> None:
+    """What covers things and is in no lightmap shines, unless a stage of it is lit."""
+    nowhere = "surfaceparm nolightmap"
+    flame = replace(WALL, blend=MIXES, shade=Shade.EMISSIVE)
+    assert made("map wall; blendFunc blend", general=nowhere) == flame
+    lit = replace(flame, shade=Shade.LIT)
+    assert made("map wall; blendFunc blend; rgbGen vertex", general=nowhere) == lit
+    assert made("map wall; blendFunc blend", general=f"{nowhere}\nsurfaceparm water") == lit
+
+
 @pytest.mark.parametrize(
     "stages",
     [

@@ -73,7 +73,8 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
     is_blended = first.blend is not None and (alpha_test is None or first.blend == _BRIGHTENS)
     blend = (stage.blend or first.blend) if is_blended else None
     shade = _shade(blend)
-    if blend is None and not _reflects(stage) and not _is_lit(script):
+    shines = blend is None or _is_flame(script, blend)
+    if shines and not _reflects(stage) and not _is_lit(script):
         shade = Shade.EMISSIVE
     image, motion = _shown(stage, find_image, pulses=shade is Shade.EMISSIVE or blend is not None)
     layer = None if alpha_test else _layer(script, stage, blend, find_image)
@@ -212,6 +213,12 @@ def _lies_over(stage: Stage) -> bool:
 def _is_lit(script: ShaderScript) -> bool:
     """Whether the game lights anything of it; else it is as bright everywhere."""
     return any(s.image == _LIGHTMAP or s.rgb_gen in _LIT_GENS for s in script.stages)
+
+
+def _is_flame(script: ShaderScript, blend: Blend) -> bool:
+    """Whether it covers what is behind and is in no lightmap: flames, smoke, signs; not water."""
+    parms = script.surfaceparms
+    return blend == _COVERS and "nolightmap" in parms and "water" not in parms
 
 
 def _has_image(stage: Stage) -> bool:
