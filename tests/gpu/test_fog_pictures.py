@@ -38,6 +38,7 @@ from synthetic import (
     rays,
     spot,
     srgb_decoded,
+    srgb_encoded,
 )
 
 pytestmark = pytest.mark.gl
@@ -210,7 +211,7 @@ def test_blended_surfaces_stand_in_fog(
         ((DST_C, ZERO), lambda rho: rho),
         ((ZERO, SRC_C), lambda rho: rho),
         ((DST_C, SRC_C), lambda rho: 2 * rho),
-        ((DST_C, ONE), lambda rho: 1 + rho),
+        ((DST_C, ONE), lambda rho: np.minimum((1 + srgb_encoded(rho)) ** 2.2, 2)),
         ((ZERO, LESS_C), lambda rho: 1 - rho),
     ],
 )

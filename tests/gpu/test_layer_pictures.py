@@ -15,11 +15,11 @@ from followspot.assets.shader_values import BlendFactor
 from followspot.passes.materials import variant_of
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
-from followspot.scene.material import ByVertex, Laid, Layer, Material, Shade
+from followspot.scene.material import BRIGHTENS, ByVertex, Laid, Layer, Material, Shade
 from followspot.scene.motion import Motion
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
-from synthetic import WHITE_SKY, camera, image_archive, make_scene, quad, srgb_decoded
+from synthetic import WHITE_SKY, camera, image_archive, make_scene, quad, srgb_decoded, srgb_encoded
 
 pytestmark = pytest.mark.gl
 
@@ -200,6 +200,26 @@ def test_a_constant_albedo_is_lit_whatever_shone(draw: Draw, archive: Archive) -
         for material in (LAVA, replace(LAVA, shade=Shade.LIT))
     )
     assert np.array_equal(shining, lit)
+
+
+def test_signs_brighten_what_is_displayed_and_ripples_the_light(
+    draw: Draw, archive: Archive
+) -> None:
+    """By 1 and the texel more, for each of two images; GL can double the light that is there."""
+    dim, sky = np.array([0.01, 0.9, 0.04]), 3.0
+    sign = replace(BASE, is_tinted=True, blend=BRIGHTENS, shade=Shade.FILTER)
+    ripples = replace(sign, layer=Layer("b.png", Laid.FILTER, color=(0.1, 1.0, 0.2)))
+    is_ground = np.isfinite(draw(ground(BASE, archive), VIEW, View.DEPTH))
+    a, b = (
+        draw(ground(Material("m", image), archive), VIEW, View.LAMBERTIAN)[is_ground]
+        for image in ("a.png", "b.png")
+    )
+    displayed = 1 + srgb_encoded(a * dim)
+    light = (1 + a * dim) * (1 + b * (0.1, 1.0, 0.2))
+    for material, factor in ((sign, displayed**2.2), (ripples, light)):
+        shown = draw(ground(material, archive, (*dim, 1.0)), VIEW, View.FINAL)[is_ground]
+        np.testing.assert_allclose(shown, sky * np.minimum(factor, 2.0), rtol=5e-3)
+        assert 0.5 < (factor < 1.9).mean() < 1
 
 
 @pytest.mark.parametrize("shade", [Shade.EMISSIVE, Shade.LIT])

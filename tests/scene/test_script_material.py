@@ -160,6 +160,13 @@ def test_blended_surfaces(
     assert made(*stages) == replace(WALL, blend=blend, shade=shade)
 
 
+def test_water_ripples_twice() -> None:
+    """Of several images that brighten what is behind, two are drawn."""
+    stages = [f"map {name}; blendFunc GL_DST_COLOR GL_ONE" for name in ("wall", "rock", "b")]
+    water = replace(WALL, blend=BRIGHTENS, shade=Shade.FILTER)
+    assert made(*stages, LIGHT) == replace(water, layer=Layer("rock", Laid.FILTER))
+
+
 def test_flames_are_not_lit_but_water_is() -> None:
     """What covers things and is in no lightmap shines, unless a stage of it is lit."""
     nowhere = "surfaceparm nolightmap"

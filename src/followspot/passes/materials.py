@@ -6,7 +6,7 @@ import moderngl
 
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.gpu import gl, program
-from followspot.scene.material import Blend, Laid, Layer, Material, Shade
+from followspot.scene.material import BRIGHTENS, Blend, Laid, Layer, Material, Shade
 from followspot.scene.settings import CullFace
 
 
@@ -48,6 +48,7 @@ class Variant(NamedTuple):
     shows_backs: bool
     blended: bool
     veils: bool
+    brightens: bool
     shade: Shade
     tinted: bool
     smoothed: bool
@@ -68,6 +69,7 @@ class Variant(NamedTuple):
             "SHOWS_BACKS": self.shows_backs,
             "BLENDED": self.blended,
             "VEILS": self.veils,
+            "BRIGHTENS": self.brightens,
             "TINTED": self.tinted,
             "SMOOTHED": self.smoothed,
             "MOVES": self.moves,
@@ -114,6 +116,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material.sides is not Sides.FRONT,
         material.blend is not None,
         veils(material),
+        material.blend == BRIGHTENS,
         material.shade,
         material.is_tinted,
         is_smoothed and has_own_shadow,

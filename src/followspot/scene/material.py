@@ -10,6 +10,9 @@ from followspot.scene.motion import STILL, Motion
 Blend = tuple[BlendFactor, BlendFactor]
 Color = tuple[float, float, float]
 
+BRIGHTENS = (BlendFactor.DST_COLOR, BlendFactor.ONE)
+"""Blending that adds a share of what is behind."""
+
 _OF_SOURCE = {
     BlendFactor.ONE,
     BlendFactor.SRC_COLOR,

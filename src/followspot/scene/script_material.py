@@ -13,7 +13,16 @@ from followspot.assets.shader_script import ShaderScript, Stage
 from followspot.assets.shader_values import BlendFactor
 from followspot.assets.surface_flags import Surface
 from followspot.scene.deform import Deforms
-from followspot.scene.material import Blend, ByVertex, Color, Laid, Layer, Material, Shade
+from followspot.scene.material import (
+    BRIGHTENS,
+    Blend,
+    ByVertex,
+    Color,
+    Laid,
+    Layer,
+    Material,
+    Shade,
+)
 from followspot.scene.motion import DISPLAY_GAMMA, STILL, Motion
 
 FindImage = Callable[[str], str | None]
@@ -31,7 +40,6 @@ _LIT_GENS = {*_BY_VERTEX, "lightingdiffuse"}
 
 _COVERS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
 _ADDS = (BlendFactor.ONE, BlendFactor.ONE)
-_BRIGHTENS = (BlendFactor.DST_COLOR, BlendFactor.ONE)
 _DOUBLES = (BlendFactor.DST_COLOR, BlendFactor.SRC_COLOR)
 _COLORS = {
     (BlendFactor.DST_COLOR, BlendFactor.ZERO),
@@ -39,7 +47,7 @@ _COLORS = {
 }
 _MULTIPLIES = {
     *_COLORS,
-    _BRIGHTENS,
+    BRIGHTENS,
     _DOUBLES,
     (BlendFactor.ZERO, BlendFactor.ONE_MINUS_SRC_COLOR),
     (BlendFactor.DST_COLOR, BlendFactor.ONE_MINUS_DST_ALPHA),
@@ -70,7 +78,7 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
     first = script.stages[0]
     alpha_test = first.alpha_test or stage.alpha_test
     # What is cut out stands for itself, whatever it is mixed with, unless it only brightens.
-    is_blended = first.blend is not None and (alpha_test is None or first.blend == _BRIGHTENS)
+    is_blended = first.blend is not None and (alpha_test is None or first.blend == BRIGHTENS)
     blend = (stage.blend or first.blend) if is_blended else None
     shade = _shade(blend)
     shines = blend is None or _is_flame(script, blend)
@@ -151,12 +159,16 @@ def _layer(
 ) -> Layer | None:
     """What is laid on the base image, if anything is; of several that which is seen most of."""
     if blend is not None:
-        # What adds twice can as well add the sum, unless the two fade into one another.
-        adding = [s for s in script.stages if s.blend == _ADDS and _has_image(s)]
-        others = [s for s in adding if s is not base and not _reflects(s)]
-        if blend[0] is not BlendFactor.ONE or base.frame_rate or not others:
+        # What adds twice can as well add the sum, unless the two fade into one another; what
+        # brightens twice, the product.
+        if base.frame_rate or (blend[0] is not BlendFactor.ONE and blend != BRIGHTENS):
             return None
-        found = others[0], Laid.GLOW
+        alike = _ADDS if blend[0] is BlendFactor.ONE else BRIGHTENS
+        others = [s for s in script.stages if s.blend == alike and s is not base]
+        others = [s for s in others if _has_image(s) and not _reflects(s)]
+        if not others:
+            return None
+        found = others[0], Laid.FILTER if blend == BRIGHTENS else Laid.GLOW
     else:
         laid = {how: stage for stage, how in reversed([*_laid(script, base)])}
         kind = next((how for how in Laid if how in laid), None)

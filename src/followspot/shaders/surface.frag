@@ -12,6 +12,7 @@
 
 #define MAPPED (SHADOWS + POINT_SHADOWS)
 #define MIDDLE_GREY 0.2140411  // linear light of what is displayed as one half
+#define DISPLAY_GAMMA 2.2
 #if defined(LAYERED) && !defined(ALBEDO)
 #define SHOWS_LAYER
 #endif
@@ -212,7 +213,7 @@ void main() {
     texel.rgb = mix(texel.rgb, layer.rgb, layer.a);
 #elif defined(LAID_SHEEN)
     texel.rgb = min(texel.rgb + layer.rgb, 1.0);
-#elif defined(LAID_FILTER)
+#elif defined(LAID_FILTER) && !defined(BRIGHTENS)
     texel.rgb *= layer.rgb;
 #elif defined(LAID_GRAIN)
     texel.rgb = min(texel.rgb * layer.rgb / MIDDLE_GREY, 1.0);
@@ -220,6 +221,13 @@ void main() {
 #endif
 #ifdef PULSES
     texel *= pulse.xxxy;
+#endif
+#ifdef BRIGHTENS  // what is behind, by 1 and the texel more; GL adds at most as much as is there
+#if defined(SHOWS_LAYER) && defined(LAID_FILTER)
+    texel.rgb = min((1.0 + texel.rgb) * (1.0 + layer.rgb) - 1.0, 1.0);
+#else
+    texel.rgb = min(pow(1.0 + srgb_from_linear(texel.rgb), vec3(DISPLAY_GAMMA)) - 1.0, 1.0);
+#endif
 #endif
 #ifdef ALBEDO
     vec3 rho = vec3(ALBEDO);
