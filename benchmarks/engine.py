@@ -11,6 +11,7 @@ Told besides: from start to the first picture, and the peak of memory.
 """
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -28,6 +29,8 @@ ENGINE = "/usr/lib/ioquake3/ioquake3"
 GAME = "/usr/lib/openarena/baseoa/cgamex86_64.so"
 FOLLOWSPOT = "followspot"
 WARM = 20
+SHOT_AT = 10.0
+"""Seconds of the game's time at which pictures are taken: proxy.c's FIRST_TIME."""
 
 _FULL_TEXTURES = {
     "r_picmip": 0,
@@ -103,8 +106,25 @@ def build_proxy(folder: Path) -> Path:
     return target
 
 
-def run_engine(preset: str, views: list[View], frames: int, proxy: Path, at: str) -> Sample:
-    """One process of the engine through all views of one level."""
+def run_engine(
+    preset: str,
+    views: list[View],
+    frames: int,
+    proxy: Path,
+    at: str,
+    shots: Path | None = None,
+) -> Sample:
+    """One process of the engine through all views of one level.
+
+    Args:
+        preset: Of `PRESETS`.
+        views: Of one level.
+        frames: Counted a view.
+        proxy: As from `build_proxy`.
+        at: The display.
+        shots: A folder that gets a picture of each view, ``view00.tga`` and so on, with the level's
+            doors and pick-ups; or none.
+    """
     common.need_file(ENGINE, "ioquake3")
     common.need_file(GAME, "openarena")
     with tempfile.TemporaryDirectory() as home:
@@ -112,7 +132,7 @@ def run_engine(preset: str, views: list[View], frames: int, proxy: Path, at: str
         base.mkdir(parents=True)
         (base / "cgamex86_64.so").symlink_to(proxy)
         # More than 32 settings on the command line are ignored; this file is read before drawing.
-        settings = {**_COMMON, **PRESETS[preset]}
+        settings = {**_COMMON, **PRESETS[preset], "r_drawentities": int(shots is not None)}
         lines = [f'set {name} "{value}"\n' for name, value in settings.items()]
         (base / "autoexec.cfg").write_text("".join(lines))
         places = Path(home, "views")
@@ -132,9 +152,13 @@ def run_engine(preset: str, views: list[View], frames: int, proxy: Path, at: str
             "SDL_AUDIODRIVER": "dummy", "FOLLOWSPOT_CGAME": GAME,
             "FOLLOWSPOT_VIEWS": str(places), "FOLLOWSPOT_TIMES": str(times),
             "FOLLOWSPOT_FRAMES": str(frames), "FOLLOWSPOT_WARM": str(WARM),
+            **({} if shots is None else {"FOLLOWSPOT_SHOTS": "1"}),
         }  # fmt: skip
         start = time.monotonic()
         ended = common.run([*command, "+devmap", views[0].level], environment, timeout=300)
+        if shots is not None:
+            for picture in (base / "screenshots").glob("*.tga"):
+                shutil.copy(picture, shots)
         first, *rows = times.read_text().splitlines() if times.exists() else [""]
     if len(rows) != len(views):
         raise BenchmarkError(f"{preset} measured {len(rows)} of {len(views)} views")

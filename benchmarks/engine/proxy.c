@@ -7,6 +7,7 @@
  *   FOLLOWSPOT_CGAME   the game's own module
  *   FOLLOWSPOT_VIEWS   lines "x y z yaw pitch"
  *   FOLLOWSPOT_FRAMES  counted frames of a view; FOLLOWSPOT_WARM before them
+ *   FOLLOWSPOT_SHOTS   if there is one, each view's first counted frame is left as a picture
  *   FOLLOWSPOT_TIMES   written: "first SECONDS" (CLOCK_MONOTONIC when the first frame is done),
  *                      then a line of milliseconds for each view */
 #include <dlfcn.h>
@@ -41,7 +42,7 @@ static intptr_t (*game_main)(intptr_t, ...);
 
 static float views[MAX_VIEWS][5];
 static double stamps[MAX_FRAMES + 1];
-static int view_count, view, frame, scenes, frames, warm;
+static int view_count, view, frame, scenes, frames, warm, shots;
 static FILE *times;
 
 static double now(void) {
@@ -66,12 +67,19 @@ static void open_files(void) {
     fclose(list);
     frames = number_from("FOLLOWSPOT_FRAMES", MAX_FRAMES);
     warm = number_from("FOLLOWSPOT_WARM", MAX_FRAMES);
+    shots = getenv("FOLLOWSPOT_SHOTS") != NULL;
 }
 
 static void move_player(const float *v) {   /* so that the server sends what is seen from there */
     char command[96];
     snprintf(command, sizeof command, "setviewpos %.0f %.0f %.0f %.0f", v[0], v[1], v[2] - 26, v[3]);
     engine(SEND_CLIENT_COMMAND, command);
+}
+
+static void take_picture(void) {
+    char command[32];
+    snprintf(command, sizeof command, "screenshot view%02d\n", view);
+    engine(SEND_CONSOLE_COMMAND, command);
 }
 
 static void look_from(struct refdef *r, const float *v) {
@@ -82,7 +90,7 @@ static void look_from(struct refdef *r, const float *v) {
         r->eye[i] = v[i];
         for (int j = 0; j < 3; j++) r->axis[i][j] = axis[i][j];
     }
-    r->time = FIRST_TIME + frame * STEP;
+    r->time = FIRST_TIME + (shots ? 0 : frame * STEP);
 }
 
 static void next_view(void) {
@@ -104,6 +112,7 @@ static void on_scene(struct refdef *r) {
     if (scenes < SETTLE) return;
     if (frame == 0) move_player(views[view]);
     if (frame >= warm) stamps[frame - warm] = t;
+    if (shots && frame == warm) take_picture();
     if (frame++ == warm + frames) next_view();
 }
 
