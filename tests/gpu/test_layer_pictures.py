@@ -240,3 +240,23 @@ def test_a_glow_is_added_to_what_is_blended(
     sky = 3.0
     assert (b - sky).max() > 0.2
     np.testing.assert_allclose(both, a + b - sky, atol=TEXEL_STEP)
+
+
+def test_alpha_weights_what_is_added_but_no_glow_on_it(draw: Draw, tmp_path: Path) -> None:
+    rgb, alpha, ball = np.array([200, 120, 40]), 90, np.array([60, 10, 150])
+    flame, glow = np.full((2, 4, 4, 4), 255, np.uint8)
+    flame[:], glow[..., :3] = (*rgb, alpha), ball
+    archive = image_archive(tmp_path, {"a.png": flame, "b.png": glow})
+    adds = (BlendFactor.SRC_ALPHA, BlendFactor.ONE)
+    plain = replace(BASE, blend=adds, shade=Shade.EMISSIVE)
+    expected = 3.0 + 0.5 * srgb_decoded(rgb / 255) * alpha / 255
+    for material, own in (
+        (plain, expected),
+        (
+            replace(plain, layer=Layer("b.png", Laid.GLOW)),
+            expected + 0.5 * srgb_decoded(ball / 255),
+        ),
+    ):
+        shown = draw(ground(material, archive), VIEW, View.FINAL, emission=0.5)
+        place = shown.reshape(-1, 3)[shown.sum(axis=2).argmax()]
+        np.testing.assert_allclose(place, own, atol=TEXEL_STEP)

@@ -134,8 +134,13 @@ def test_two_that_only_add_are_both_drawn_unless_they_fade_into_one_another() ->
     through = Factor.ONE, Factor.ONE_MINUS_SRC_ALPHA
     assert glass == replace(WALL, blend=through, layer=Layer("glow", Laid.GLOW))
     assert made("map wall; blendFunc blend", LIGHT, GLOW) == replace(WALL, blend=MIXES)
-    flame = made("animMap 9 wall b; blendFunc add", turned)
-    assert flame == replace(flare, motion=Motion(frames=("wall", "b"), rate=9))
+    flame = replace(flare, motion=Motion(frames=("wall", "b"), rate=9))
+    fading = "animMap 9 wall b; blendFunc add", "animMap 9 b wall; blendFunc add"
+    assert made(*fading) == flame
+    assert made(*fading, turned) == replace(flame, layer=both.layer)
+    by_alpha = [stage.replace("add", "GL_SRC_ALPHA GL_ONE") for stage in fading]
+    weighted = replace(flame, blend=(Factor.SRC_ALPHA, Factor.ONE))
+    assert made(*by_alpha, turned) == replace(weighted, layer=both.layer)
 
 
 @pytest.mark.parametrize(

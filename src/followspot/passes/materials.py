@@ -49,6 +49,7 @@ class Variant(NamedTuple):
     blended: bool
     veils: bool
     brightens: bool
+    weighted: bool
     shade: Shade
     tinted: bool
     smoothed: bool
@@ -70,6 +71,7 @@ class Variant(NamedTuple):
             "BLENDED": self.blended,
             "VEILS": self.veils,
             "BRIGHTENS": self.brightens,
+            "WEIGHTED": self.weighted,
             "TINTED": self.tinted,
             "SMOOTHED": self.smoothed,
             "MOVES": self.moves,
@@ -117,6 +119,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material.blend is not None,
         veils(material),
         material.blend == BRIGHTENS,
+        material.blend == _ADDS_BY_ALPHA,
         material.shade,
         material.is_tinted,
         is_smoothed and has_own_shadow,
@@ -210,6 +213,8 @@ def set_state(context: moderngl.Context, material: Material) -> None:
             if material.blend == _SCREEN:  # s (1 - d) + d = s + d (1 - s)
                 source, destination = BlendFactor.ONE, BlendFactor.ONE_MINUS_SRC_COLOR
             behind = _BY_REFLECTANCE[destination]
+        if material.blend == _ADDS_BY_ALPHA:
+            source = BlendFactor.ONE  # the shader weights by alpha: a layer's glow is not weighted
         # Alpha stays: it says whether there is a surface.
         factors = _FACTORS[source], behind, moderngl.ZERO, moderngl.ONE
         context.blend_func = factors  # type: ignore[assignment]  # four are taken, too
@@ -240,6 +245,7 @@ _HELD_BACK = {
     BlendFactor.ONE_MINUS_SRC_ALPHA: (0.0, 0.0, 1.0),
 }
 _SCREEN = (BlendFactor.ONE_MINUS_DST_COLOR, BlendFactor.ONE)
+_ADDS_BY_ALPHA = (BlendFactor.SRC_ALPHA, BlendFactor.ONE)
 _BY_REFLECTANCE = {
     BlendFactor.SRC_COLOR: gl.SRC1_COLOR,
     BlendFactor.ONE_MINUS_SRC_COLOR: gl.ONE_MINUS_SRC1_COLOR,

@@ -40,6 +40,7 @@ _LIT_GENS = {*_BY_VERTEX, "lightingdiffuse"}
 
 _COVERS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
 _ADDS = (BlendFactor.ONE, BlendFactor.ONE)
+_ADDS_BY_ALPHA = (BlendFactor.SRC_ALPHA, BlendFactor.ONE)
 _DOUBLES = (BlendFactor.DST_COLOR, BlendFactor.SRC_COLOR)
 _COLORS = {
     (BlendFactor.DST_COLOR, BlendFactor.ZERO),
@@ -161,12 +162,13 @@ def _layer(
     if blend is not None:
         # What adds twice can as well add the sum, unless the two fade into one another; what
         # brightens twice, the product.
-        if base.frame_rate or (blend[0] is not BlendFactor.ONE and blend != BRIGHTENS):
-            return None
-        alike = _ADDS if blend[0] is BlendFactor.ONE else BRIGHTENS
+        alike = BRIGHTENS if blend == BRIGHTENS else _ADDS
         others = [s for s in script.stages if s.blend == alike and s is not base]
         others = [s for s in others if _has_image(s) and not _reflects(s)]
-        if not others:
+        if base.frame_rate:
+            others = [s for s in others if not s.frame_rate]
+        sums = blend[0] is BlendFactor.ONE or blend == _ADDS_BY_ALPHA
+        if not others or not (sums or blend == BRIGHTENS):
             return None
         found = others[0], Laid.FILTER if blend == BRIGHTENS else Laid.GLOW
     else:

@@ -222,6 +222,9 @@ void main() {
 #ifdef PULSES
     texel *= pulse.xxxy;
 #endif
+#ifdef WEIGHTED
+    texel.rgb *= texel.a;
+#endif
 #ifdef BRIGHTENS  // what is behind, by 1 and the texel more; GL adds at most as much as is there
 #if defined(SHOWS_LAYER) && defined(LAID_FILTER)
     texel.rgb = min((1.0 + texel.rgb) * (1.0 + layer.rgb) - 1.0, 1.0);
