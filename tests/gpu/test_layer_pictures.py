@@ -175,6 +175,28 @@ def test_what_shines_is_displayed_as_it_is_painted(
     np.testing.assert_allclose(quarter, np.tile(painted / 4, (len(quarter), 1)), atol=3e-3)
 
 
+@pytest.mark.parametrize("exposure", [0.01, 40.0])
+def test_two_images_that_shine_are_summed_as_they_are_painted(
+    renderer: Renderer, archive: Archive, exposure: float
+) -> None:
+    lava = replace(BASE, shade=Shade.EMISSIVE)
+    settings = Settings(exposure=exposure)
+    a, b, both = (
+        renderer.render(ground(material, archive), VIEW, settings=settings)["final"].astype(int)
+        for material in (
+            lava,
+            replace(lava, image="b.png"),
+            replace(lava, layer=Layer("b.png", Laid.GLOW)),
+        )
+    )
+    is_ground = np.isfinite(
+        renderer.render(ground(lava, archive), VIEW, "depth", linear=True)["depth"]
+    )
+    expected = np.minimum(a + b, 255)[is_ground]
+    assert np.abs(both[is_ground] - expected).max() <= 2
+    assert (expected < 255).mean() > 0.2
+
+
 def test_what_shines_is_no_matter_for_the_exposure(renderer: Renderer, archive: Archive) -> None:
     """And linear values are those of the picture that is displayed."""
     lamp = replace(BASE, layer=Layer("b.png", Laid.GLOW))

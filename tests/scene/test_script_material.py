@@ -124,6 +124,16 @@ def test_a_pulse_and_a_colour_make_one_factor() -> None:
     assert Layer("a").color_at(3) == (1, 1, 1)
 
 
+def test_what_glows_twice_is_painted_twice_as_bright() -> None:
+    lava = replace(WALL, shade=Shade.EMISSIVE)
+    half = "map glow; blendFunc add; rgbGen const ( 0.5 0.5 0.5 )"
+    twice = made("map wall", f"{half}; tcMod rotate 9", half, "map glow; blendFunc filter")
+    moving = Motion((Rotate(9),))
+    once = Layer("glow", Laid.GLOW, motion=moving, color=(1.0, 1.0, 1.0))
+    assert twice.layer is not None and twice.layer.color == pytest.approx(once.color)
+    assert replace(twice, layer=replace(twice.layer, color=once.color)) == replace(lava, layer=once)
+
+
 def test_two_that_only_add_are_both_drawn_unless_they_fade_into_one_another() -> None:
     turned = "map wall; blendFunc add; tcMod rotate 9"
     flare = replace(WALL, blend=ADDS, shade=Shade.EMISSIVE)

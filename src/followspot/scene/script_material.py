@@ -112,6 +112,19 @@ def _linear(color: Color | None) -> Color | None:
     return red, green, blue
 
 
+def _is_alike(stage: Stage, other: Stage) -> bool:
+    """Whether two look the same, but for how they move."""
+    return all(getattr(stage, name) == getattr(other, name) for name in ("image", "blend", "color"))
+
+
+def _times(count: int, color: Color | None) -> Color | None:
+    """A linear factor of what is displayed so many times."""
+    if count == 1:
+        return color
+    red, green, blue = (channel * count**DISPLAY_GAMMA for channel in color or (1.0, 1.0, 1.0))
+    return red, green, blue
+
+
 def _shown(stage: Stage, find_image: FindImage, *, pulses: bool) -> tuple[str | None, Motion]:
     """A stage's (first) image, and what it does; nothing where there is none.
 
@@ -181,6 +194,11 @@ def _layer(
     image, motion = _shown(stage, find_image, pulses=how in (Laid.GLOW, Laid.SHEEN))
     if image is None:
         return None
+    color = None if how is Laid.OVER else _linear(stage.color)
+    if how is Laid.GLOW:
+        color = _times(
+            sum(_is_alike(each, stage) for each in script.stages if each is not base), color
+        )
     return Layer(
         image,
         how,
@@ -190,7 +208,7 @@ def _layer(
         by_vertex=_BY_VERTEX.get(stage.rgb_gen) if how is Laid.SHEEN else None,
         mirrors=_reflects(stage),
         motion=motion,
-        color=None if how is Laid.OVER else _linear(stage.color),
+        color=color,
     )
 
 

@@ -16,6 +16,9 @@
 #if defined(LAYERED) && !defined(ALBEDO)
 #define SHOWS_LAYER
 #endif
+#if defined(LAID_GLOW) && defined(EMISSIVE) && !defined(BLENDED)
+#define PAINTED_GLOW  // lava of several images: as bright as the game displays their sum
+#endif
 
 uniform sampler2D base_image;          // linear light; a is coverage
 uniform sampler2D layer_image;         // likewise, laid on that
@@ -213,6 +216,8 @@ void main() {
     texel.rgb = mix(texel.rgb, layer.rgb, layer.a);
 #elif defined(LAID_SHEEN)
     texel.rgb = min(texel.rgb + layer.rgb, 1.0);
+#elif defined(PAINTED_GLOW)
+    texel.rgb = linear_from_srgb(min(srgb_from_linear(texel.rgb) + srgb_from_linear(layer.rgb), 1.0));
 #elif defined(LAID_FILTER) && !defined(BRIGHTENS)
     texel.rgb *= layer.rgb;
 #elif defined(LAID_GRAIN)
@@ -263,7 +268,7 @@ void main() {
 #elif VIEW == VIEW_DEPTH
     value.rgb = vec3(scale / gl_FragCoord.w);  // clip w is the distance along the view axis
 #endif
-#if defined(LAID_GLOW) && defined(SHOWS_LAYER) && VIEW == VIEW_FINAL
+#if defined(LAID_GLOW) && !defined(PAINTED_GLOW) && defined(SHOWS_LAYER) && VIEW == VIEW_FINAL
     value.rgb += layer.rgb * own_scale;
 #endif
 #if FOGS > 0 && VIEW == VIEW_FINAL
