@@ -114,8 +114,18 @@ def test_light_scales_with_the_unit(hall: Level) -> None:
 
 
 def test_glow_under_a_black_sky() -> None:
-    assert key_light.ambient(np.zeros(3)) == key_light.FILL
-    assert key_light.ambient(np.ones(3)) == 0
+    assert key_light.ambient(np.zeros((6, 3))) == key_light.FILL
+    assert key_light.ambient(np.ones((6, 3))) == 0
+    dim = np.full((6, 3), key_light.FILL / 4)
+    assert key_light.ambient(dim) == pytest.approx(0.75 * key_light.FILL)
+
+
+def test_glow_under_a_sky_that_is_black_below() -> None:
+    towards = np.full((6, 3), 1.2)
+    towards[5] = 0
+    assert key_light.ambient(towards) == pytest.approx(key_light.BOUNCE)
+    towards[5] = 0.4
+    assert key_light.ambient(towards) == 0
 
 
 @pytest.mark.gl

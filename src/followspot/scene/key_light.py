@@ -34,6 +34,10 @@ FILL = 0.15
 """Radiance in W/(m^2 sr) that a chosen light's surroundings have at least, on average: a level in
 space has a black sky, and would show nothing beside the lit spots."""
 
+BOUNCE = 0.3
+"""Share of the average that comes from the darkest side at least, as if from light ground: skies of
+clouds are black below, and ceilings would be, too."""
+
 SUN_DISTANCE = 8.0
 """How far away the sun's spot light stands, in radii of the level: nearly parallel light."""
 
@@ -93,9 +97,15 @@ def _with_irradiance(light: SpotLight, metres: float) -> SpotLight:
     return replace(light, power=spaces.vec3(light.power * (wanted / light.intensity.max())))
 
 
-def ambient(sky_mean: Floats) -> float:
-    """Radiance in W/(m^2 sr) to add from all around, where a sky of this mean (3,) is too dark."""
-    return max(0.0, FILL - float(sky_mean @ LUMINANCE))
+def ambient(towards: Floats) -> float:
+    """Radiance in W/(m^2 sr) to add from all around, where a sky leaves too much dark.
+
+    Args:
+        towards: (6, 3) the sky's radiance along the axes, likewise; see `CubeMap.towards_axes`.
+    """
+    seen = towards @ LUMINANCE
+    mean, darkest = float(seen.mean()), float(seen.min())
+    return max(0.0, FILL - mean, BOUNCE * mean - darkest)
 
 
 def _sun_share(bsp: BspFile, to_sun: Vec3, eyes: Floats, seen: Floats) -> float:

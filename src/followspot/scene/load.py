@@ -213,6 +213,5 @@ def _crowd(
 def with_chosen_light(scene: Scene, cameras: Sequence[Camera]) -> Scene:
     """The scene under a light that suits its level and what cameras see."""
     light = key_light.choose(scene.level, scene.sun, cameras, scene.metres_per_unit)
-    sky_mean = scene.sky.towards_axes().mean(axis=0) * scene.environment_constant
-    ambient = key_light.ambient(sky_mean)
+    ambient = key_light.ambient(scene.sky.towards_axes() * scene.environment_constant)
     return replace(scene, lights=(light,), lights_chosen=True, ambient=ambient)
