@@ -32,11 +32,7 @@ FRAME = np.dtype(
         ("light_position", "<f4", (MAX_LIGHTS, 4)),  # world units; w: offset in depth
         ("light_axis", "<f4", (MAX_LIGHTS, 4)),  # towards the light over the rim; w: rim's offset
         ("light_radiance", "<f4", (MAX_LIGHTS, 4)),  # of a white surface at one unit; w unused
-        (
-            "output_scale",
-            "<f4",
-            (4,),
-        ),  # x: of outputs: exposure, if displayed; y: of self-lit texels
+        ("output_scale", "<f4", (4,)),  # x: exposure, if displayed; y: of self-lit texels
         ("sky_scale", "<f4", (4,)),  # x: radiance of a sky texel of value 1
         ("eye_position", "<f4", (4,)),  # world units; w unused
         ("fog_mins", "<f4", (MAX_FOGS, 4)),  # from the eye; w unused
