@@ -13,7 +13,7 @@ from followspot.assets.image import Image
 from followspot.assets.shader_parser import find_entries
 from followspot.assets.shader_script import ShaderScript
 from followspot.scene import clouds, sky_files
-from followspot.scene.clouds import GROUND_RADIUS, SIZE, Clouds, Layer
+from followspot.scene.clouds import GROUND_RADIUS, LIGHT_SIZE, SIZE, Clouds, Layer
 from followspot.scene.sky import CubeMap
 from followspot.scene.sky_files import BUILTIN_SKY
 from synthetic import cube_map
@@ -95,6 +95,20 @@ def test_without_a_box_clouds_are_before_black() -> None:
     blue = stage("map a\nrgbGen const ( 0.2 0.4 1 )", plain(255, 255, 255, 255))
     for layer, shown in ((dim, (128, 128, 128)), (blue, (51, 102, 255))):
         assert (Clouds(None, (layer,), 512).sky("sky").faces[0, 0, 0, :3] == shown).all()
+
+
+def test_clouds_that_move_light_the_scene_as_if_they_were_finer() -> None:
+    waves = 127 + 120 * np.sin(np.arange(64) * np.pi / 16)
+    soft = np.stack(np.broadcast_arrays(waves, waves[:, np.newaxis], 90, 255), axis=2)
+    still, moving = (
+        Clouds(None, (stage(f"map a\n{mods}", Image(soft.astype(np.uint8), False, "soft")),), 512)
+        for mods in ("tcMod scale 2 2", "tcMod scale 2 2\ntcMod scroll 0.1 0.1")
+    )
+    assert moving.moves and not still.moves
+    coarse, fine = (each.sky("sky") for each in (moving, still))
+    assert coarse.faces.shape == (6, LIGHT_SIZE, LIGHT_SIZE, 4)
+    assert_allclose(coarse.towards_axes(), fine.towards_axes(), rtol=0.01)
+    assert np.ptp(fine.faces[:5, ..., :2]) > 200
 
 
 def test_images_repeat_by_their_scale() -> None:

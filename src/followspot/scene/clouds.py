@@ -34,6 +34,9 @@ GROUND_RADIUS = 4096.0
 SIZE = 256
 """Texels along an edge of a face, where there is no box."""
 
+LIGHT_SIZE = 128
+"""Likewise of clouds that move: the cube map lights the scene then, and nothing of it is seen."""
+
 MAX_LAYERS = 4
 """Layers that can move; where there are more, all stand still."""
 
@@ -95,7 +98,7 @@ class Clouds:
     def sky(self, name: str, seconds: float = 0.0) -> CubeMap:
         """A sky of this name with its clouds as they are at a time."""
         box = self.box
-        size = SIZE if box is None else box.faces.shape[1]
+        size = (LIGHT_SIZE if self.moves else SIZE) if box is None else box.faces.shape[1]
         faces = np.zeros((6, size, size, 4), np.uint8)
         faces[..., 3] = 255
         if box is not None:
