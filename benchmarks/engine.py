@@ -60,7 +60,7 @@ _COMMON: dict[str, object] = {
     # The module in front needs native code and no checks of it.
     "sv_pure": 0, "vm_cgame": 0, "vm_game": 0, "vm_ui": 0,
     # The level alone.
-    "r_drawentities": 0, "cg_draw2D": 0, "cg_drawGun": 0, "cg_drawCrosshair": 0, "cg_fov": 90,
+    "cg_draw2D": 0, "cg_drawGun": 0, "cg_drawCrosshair": 0, "cg_fov": 90,
     "cg_shadows": 1, "cg_thirdPerson": 0, "con_notifytime": -1, "bot_enable": 0,
     "bot_minplayers": 0, "g_gametype": 0, "g_doWarmup": 0, "timelimit": 0, "fraglimit": 0,
 }  # fmt: skip

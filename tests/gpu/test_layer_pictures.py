@@ -16,7 +16,7 @@ from followspot.passes.materials import variant_of
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.material import BRIGHTENS, ByVertex, Laid, Layer, Material, Shade
-from followspot.scene.motion import Motion
+from followspot.scene.motion import STILL, Motion
 from followspot.scene.scene import Scene
 from followspot.scene.settings import Settings
 from synthetic import WHITE_SKY, camera, image_archive, make_scene, quad, srgb_decoded, srgb_encoded
@@ -176,16 +176,18 @@ def test_what_shines_is_displayed_as_it_is_painted(
 
 
 @pytest.mark.parametrize("exposure", [0.01, 40.0])
+@pytest.mark.parametrize("color", [None, Wave(Shape.SQUARE, 0.6, 0, 0, 1)])
 def test_two_images_that_shine_are_summed_as_they_are_painted(
-    renderer: Renderer, archive: Archive, exposure: float
+    renderer: Renderer, archive: Archive, exposure: float, color: Wave | None
 ) -> None:
-    lava = replace(BASE, shade=Shade.EMISSIVE)
+    """The layer does not pulse with the base."""
+    lava = replace(BASE, shade=Shade.EMISSIVE, motion=Motion(color=color))
     settings = Settings(exposure=exposure)
     a, b, both = (
         renderer.render(ground(material, archive), VIEW, settings=settings)["final"].astype(int)
         for material in (
             lava,
-            replace(lava, image="b.png"),
+            replace(lava, image="b.png", motion=STILL),
             replace(lava, layer=Layer("b.png", Laid.GLOW)),
         )
     )

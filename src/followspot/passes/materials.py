@@ -6,7 +6,15 @@ import moderngl
 
 from followspot.assets.shader_values import AlphaTest, BlendFactor, Sides
 from followspot.gpu import gl, program
-from followspot.scene.material import BRIGHTENS, Blend, Laid, Layer, Material, Shade
+from followspot.scene.material import (
+    ADDS_BY_ALPHA,
+    BRIGHTENS,
+    Blend,
+    Laid,
+    Layer,
+    Material,
+    Shade,
+)
 from followspot.scene.settings import CullFace
 
 
@@ -119,7 +127,7 @@ def variant_of(material: Material, *, is_smoothed: bool) -> Variant:
         material.blend is not None,
         veils(material),
         material.blend == BRIGHTENS,
-        material.blend == _ADDS_BY_ALPHA,
+        material.blend == ADDS_BY_ALPHA,
         material.shade,
         material.is_tinted,
         is_smoothed and has_own_shadow,
@@ -213,7 +221,7 @@ def set_state(context: moderngl.Context, material: Material) -> None:
             if material.blend == _SCREEN:  # s (1 - d) + d = s + d (1 - s)
                 source, destination = BlendFactor.ONE, BlendFactor.ONE_MINUS_SRC_COLOR
             behind = _BY_REFLECTANCE[destination]
-        if material.blend == _ADDS_BY_ALPHA:
+        if material.blend == ADDS_BY_ALPHA:
             source = BlendFactor.ONE  # the shader weights by alpha: a layer's glow is not weighted
         # Alpha stays: it says whether there is a surface.
         factors = _FACTORS[source], behind, moderngl.ZERO, moderngl.ONE
@@ -245,7 +253,6 @@ _HELD_BACK = {
     BlendFactor.ONE_MINUS_SRC_ALPHA: (0.0, 0.0, 1.0),
 }
 _SCREEN = (BlendFactor.ONE_MINUS_DST_COLOR, BlendFactor.ONE)
-_ADDS_BY_ALPHA = (BlendFactor.SRC_ALPHA, BlendFactor.ONE)
 _BY_REFLECTANCE = {
     BlendFactor.SRC_COLOR: gl.SRC1_COLOR,
     BlendFactor.ONE_MINUS_SRC_COLOR: gl.ONE_MINUS_SRC1_COLOR,

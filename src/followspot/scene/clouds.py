@@ -35,7 +35,7 @@ SIZE = 256
 """Texels along an edge of a face, where there is no box."""
 
 LIGHT_SIZE = 128
-"""Likewise of clouds that move: the cube map lights the scene then, and nothing of it is seen."""
+"""Likewise of clouds that move: then the cube map lights the scene, but no picture shows it."""
 
 MAX_LAYERS = 4
 """Layers that can move; where there are more, all stand still."""

@@ -13,6 +13,9 @@ Color = tuple[float, float, float]
 BRIGHTENS = (BlendFactor.DST_COLOR, BlendFactor.ONE)
 """Blending that adds a share of what is behind."""
 
+ADDS_BY_ALPHA = (BlendFactor.SRC_ALPHA, BlendFactor.ONE)
+"""Blending that adds a share of what is in front, by its alpha."""
+
 _OF_SOURCE = {
     BlendFactor.ONE,
     BlendFactor.SRC_COLOR,

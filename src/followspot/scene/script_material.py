@@ -14,6 +14,7 @@ from followspot.assets.shader_values import BlendFactor
 from followspot.assets.surface_flags import Surface
 from followspot.scene.deform import Deforms
 from followspot.scene.material import (
+    ADDS_BY_ALPHA,
     BRIGHTENS,
     Blend,
     ByVertex,
@@ -40,7 +41,6 @@ _LIT_GENS = {*_BY_VERTEX, "lightingdiffuse"}
 
 _COVERS = (BlendFactor.SRC_ALPHA, BlendFactor.ONE_MINUS_SRC_ALPHA)
 _ADDS = (BlendFactor.ONE, BlendFactor.ONE)
-_ADDS_BY_ALPHA = (BlendFactor.SRC_ALPHA, BlendFactor.ONE)
 _DOUBLES = (BlendFactor.DST_COLOR, BlendFactor.SRC_COLOR)
 _COLORS = {
     (BlendFactor.DST_COLOR, BlendFactor.ZERO),
@@ -114,7 +114,8 @@ def _linear(color: Color | None) -> Color | None:
 
 def _is_alike(stage: Stage, other: Stage) -> bool:
     """Whether two look the same, but for how they move."""
-    return all(getattr(stage, name) == getattr(other, name) for name in ("image", "blend", "color"))
+    looks = "image", "blend", "color", "color_wave"
+    return all(getattr(stage, name) == getattr(other, name) for name in looks)
 
 
 def _times(count: int, color: Color | None) -> Color | None:
@@ -173,17 +174,10 @@ def _layer(
 ) -> Layer | None:
     """What is laid on the base image, if anything is; of several that which is seen most of."""
     if blend is not None:
-        # What adds twice can as well add the sum, unless the two fade into one another; what
-        # brightens twice, the product.
-        alike = BRIGHTENS if blend == BRIGHTENS else _ADDS
-        others = [s for s in script.stages if s.blend == alike and s is not base]
-        others = [s for s in others if _has_image(s) and not _reflects(s)]
-        if base.frame_rate:
-            others = [s for s in others if not s.frame_rate]
-        sums = blend[0] is BlendFactor.ONE or blend == _ADDS_BY_ALPHA
-        if not others or not (sums or blend == BRIGHTENS):
+        second = _second(script, base, blend)
+        if second is None:
             return None
-        found = others[0], Laid.FILTER if blend == BRIGHTENS else Laid.GLOW
+        found = second, Laid.FILTER if blend == BRIGHTENS else Laid.GLOW
     else:
         laid = {how: stage for stage, how in reversed([*_laid(script, base)])}
         kind = next((how for how in Laid if how in laid), None)
@@ -210,6 +204,17 @@ def _layer(
         motion=motion,
         color=color,
     )
+
+
+def _second(script: ShaderScript, base: Stage, blend: Blend) -> Stage | None:
+    """What adds or brightens besides a blended base: the sum, or product, can as well be drawn."""
+    adds = blend[0] is BlendFactor.ONE or blend == ADDS_BY_ALPHA
+    for stage in script.stages if adds or blend == BRIGHTENS else ():
+        is_alike = stage.blend == (_ADDS if adds else BRIGHTENS) and stage is not base
+        fades = base.frame_rate and stage.frame_rate  # the two into one another
+        if is_alike and _has_image(stage) and not _reflects(stage) and not fades:
+            return stage
+    return None
 
 
 def _laid(script: ShaderScript, base: Stage) -> Iterator[tuple[Stage, Laid]]:

@@ -198,6 +198,9 @@ void main() {
 #ifdef TINTED
     texel *= tint;
 #endif
+#ifdef PULSES
+    texel *= pulse.xxxy;
+#endif
 #ifdef SHOWS_LAYER
     vec4 layer = texture(layer_image, layer_texcoord);
 #ifdef FADES
@@ -223,9 +226,6 @@ void main() {
 #elif defined(LAID_GRAIN)
     texel.rgb = min(texel.rgb * layer.rgb / MIDDLE_GREY, 1.0);
 #endif
-#endif
-#ifdef PULSES
-    texel *= pulse.xxxy;
 #endif
 #ifdef WEIGHTED
     texel.rgb *= texel.a;
