@@ -19,7 +19,7 @@ import weakref
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from os.path import isdir, isfile
+from os.path import isdir, isfile, realpath
 from pathlib import Path
 from typing import Self
 
@@ -64,6 +64,26 @@ class _HeldFile:
         return self.data
 
 
+class _Paks:
+    """The open pk3 files. One that several folders link to, under its own name, is read once."""
+
+    def __init__(self) -> None:
+        self._opened = ExitStack()
+        self._read: dict[tuple[str, str], dict[str, PakEntry]] = {}
+
+    def entries(self, path: Path) -> dict[str, PakEntry]:
+        """A pk3 file's entries by normalised name."""
+        key = realpath(path), path.name  # messages tell the name
+        if key not in self._read:
+            pak = Pak(path)
+            self._opened.callback(pak.close)
+            self._read[key] = {normalise(entry.name): entry for entry in pak.entries()}
+        return self._read[key]
+
+    def close(self) -> None:
+        self._opened.close()
+
+
 class Archive:
     """The files of several folders and pk3 files, read by name; a context manager.
 
@@ -79,7 +99,7 @@ class Archive:
         files: dict[str, _LooseFile | PakEntry],
         places: dict[str, int],
         problems: Sequence[AssetError],
-        paks: ExitStack,
+        paks: _Paks,
     ) -> None:
         self.problems = tuple(problems)
         self._roots = roots
@@ -102,12 +122,15 @@ class Archive:
         files: dict[str, _LooseFile | PakEntry] = {}
         places: dict[str, int] = {}
         problems: list[AssetError] = []
-        with ExitStack() as paks:
+        paks = _Paks()
+        with ExitStack() as if_it_fails:
+            if_it_fails.callback(paks.close)
             for place, root in reversed([*enumerate(roots)]):  # the winner is written last
-                found = _in_folder(root, paks, problems) if isdir(root) else _in_pak(root, paks)
+                found = _in_folder(root, paks, problems) if isdir(root) else paks.entries(root)
                 files.update(found)
                 places.update(dict.fromkeys(found, place))
-            return cls(roots, files, places, problems, paks.pop_all())
+            if_it_fails.pop_all()
+        return cls(roots, files, places, problems, paks)
 
     @property
     def places(self) -> str:
@@ -195,15 +218,8 @@ class Archive:
         return file
 
 
-def _in_pak(path: Path, paks: ExitStack) -> dict[str, PakEntry]:
-    """Gather a pk3 file's entries by normalised name; it is closed with the others."""
-    pak = Pak(path)
-    paks.callback(pak.close)
-    return {normalise(entry.name): entry for entry in pak.entries()}
-
-
 def _in_folder(
-    root: Path, paks: ExitStack, problems: list[AssetError]
+    root: Path, paks: _Paks, problems: list[AssetError]
 ) -> dict[str, _LooseFile | PakEntry]:
     """Gather the files in a game folder and in its good pk3 files by normalised name."""
     files: dict[str, _LooseFile | PakEntry] = {}
@@ -212,7 +228,7 @@ def _in_folder(
     # The engines compare in upper case, which puts `_` behind the letters.
     for name in sorted(inner, key=str.upper):
         try:
-            files.update(_in_pak(loose.pop(name).path, paks))
+            files.update(paks.entries(loose.pop(name).path))
         except AssetError as error:
             problems.append(error)
     return {**files, **loose}

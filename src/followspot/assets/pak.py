@@ -32,6 +32,10 @@ _STORED, _DEFLATED = 0, 8  # methods
 _LOCAL_HEADER = struct.Struct("<4s22xHH")  # signature, length of the name, length of the extra
 _LOCAL_SIGNATURE = b"PK\3\4"
 
+_UNSAFE_NAME = re.compile(
+    r"\A (?: [/\\] | [A-Za-z]: | \Z ) | (?: \A | [/\\] ) \.\. (?: [/\\] | \Z ) | \0", re.VERBOSE
+)
+
 
 class Pak:
     """One open pk3 file; the lock keeps threads from moving each other's file position.
@@ -172,8 +176,7 @@ class PakEntry(NamedTuple):
 
 
 def _refuse_unsafe_name(pak: Path, name: str) -> None:
-    parts = name.replace("\\", "/").split("/")
-    if not parts[0] or ".." in parts or re.match("[A-Za-z]:", name) or "\0" in name:
+    if _UNSAFE_NAME.search(name):
         expected = "relative names without '..', drive letter or NUL"
         raise AssetError(str(pak), place="an entry's name", expected=expected, found=repr(name))
 
