@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from conftest import Draw
 from followspot.assets.shader_values import BlendFactor
-from followspot.gpu import textures
+from followspot.gpu import mip_levels, textures
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
 from followspot.scene.material import Layer, Material
@@ -88,6 +88,51 @@ def test_smaller_levels_are_means_of_linear_light(
 
 def test_alpha_is_kept_where_it_is_wanted(upload: Upload, pixels: NDArray[np.uint8]) -> None:
     assert upload(pixels, with_alpha=True).read(alignment=1) == pixels.tobytes()
+
+
+_FETCH = """
+    #version 330 core
+    uniform sampler2D image;
+    uniform int level;
+    out vec4 texel;
+    void main() { texel = texelFetch(image, ivec2(gl_FragCoord.xy), level); }
+"""
+_WHOLE = """
+    #version 330 core
+    void main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }
+"""
+
+
+def fetched(
+    context: moderngl.Context, texture: moderngl.Texture, level: int, size: tuple[int, int]
+) -> NDArray[np.float32]:
+    """(h, w, 4) of a MIP level of w, h texels, as shaders read it: moderngl reads but its own."""
+    program = context.program(vertex_shader=_WHOLE, fragment_shader=_FETCH)
+    target = context.simple_framebuffer(size, 4, dtype="f4")
+    target.use()
+    texture.use(0)
+    program["image"], program["level"] = 0, level
+    context.vertex_array(program, []).render(vertices=3)
+    return np.frombuffer(target.read(components=4, dtype="f4"), "<f4").reshape(*size[::-1], 4)
+
+
+@pytest.mark.parametrize("shape", [(SIZE, SIZE), (12, 7), (1, 5)])
+def test_levels_with_alpha_are_those_that_were_averaged(
+    renderer: Renderer, upload: Upload, pixels: NDArray[np.uint8], shape: tuple[int, int]
+) -> None:
+    context = renderer.open(make_scene([floor()])).context
+    image = np.ascontiguousarray(pixels[: shape[0], : shape[1]])
+    texture = upload(image, with_alpha=True)
+    shown = textures.upload_shown(context, image)
+    for level, srgb in enumerate(mip_levels.of_srgb(image), 1):
+        found = fetched(context, texture, level, srgb.shape[1::-1])
+        # llvmpipe decodes by a polynomial; neighbouring levels differ by some tenths.
+        np.testing.assert_allclose(found[..., :3], srgb_decoded(srgb[..., :3] / 255), atol=2e-3)
+        np.testing.assert_allclose(found[..., 3], srgb[..., 3] / 255, atol=1e-6)
+    for level, plain in enumerate(mip_levels.of_bytes(image), 1):
+        found = fetched(context, shown, level, plain.shape[1::-1])
+        np.testing.assert_allclose(found, plain / 255, atol=1e-6)
+    shown.release()
 
 
 def test_pieces_make_the_whole(upload: Upload, pixels: NDArray[np.uint8]) -> None:

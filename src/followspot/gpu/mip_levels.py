@@ -1,7 +1,7 @@
 """The smaller MIP levels of images of bytes, averaged over area.
 
-Where a size is odd, a texel of the next level covers two texels and a part of a third, by the weights of
-Guthe and Heckbert, "Non-Power-of-Two Mipmap Creation" (2005).
+Where a size is odd, a texel of the next level covers two texels and a part of a third, by the
+weights of Guthe and Heckbert, "Non-Power-of-Two Mipmap Creation" (2005).
 """
 
 from collections.abc import Iterator
@@ -46,8 +46,8 @@ def _halved(rows: NDArray[np.float32]) -> NDArray[np.float32]:
     if size == 2 * half:
         return (rows[0::2] + rows[1::2]) * np.float32(0.5)
     number = np.arange(half, dtype=np.float32).reshape(-1, *[1] * (rows.ndim - 1))
-    first, last = (half - number) / size, (number + 1) / size
-    return first * rows[0:-1:2] + half / size * rows[1::2] + last * rows[2::2]
+    weighted = (half - number) * rows[0:-1:2] + half * rows[1::2] + (number + 1) * rows[2::2]
+    return (weighted / size).astype(np.float32)
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from followspot.errors import UsageError
@@ -12,7 +13,7 @@ from followspot.present import arguments, pictures
 from followspot.present.renderer import Renderer, named
 from followspot.scene import figure_file
 from followspot.scene.camera import Camera
-from followspot.scene.load import Step, load, load_figure, with_chosen_light
+from followspot.scene.load import Step, load, load_figure
 from followspot.scene.scene import Scene
 
 FARTHEST_TIME = 1e6
@@ -72,6 +73,7 @@ def open_any(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Sce
         expected = f"{-FARTHEST_TIME:g} to {FARTHEST_TIME:g} s"
         raise UsageError(f"--time: expected {expected}, found {wish.time:g}")
     lights = [arguments.parse_light(text) for text in wish.lights]
+    seen_by = partial(arguments.parse_camera, wish.camera, wish.fov)
     if figure_file.is_model(name):
         if wish.items:
             raise UsageError(f"--items: expected a level or a scene, found {name}")
@@ -79,12 +81,10 @@ def open_any(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Sce
     elif wish.animation is not None:
         raise UsageError(f"--animation: expected a model or player, found {name}")
     else:
-        scene = load(name, wish.assets, with_items=wish.items, on_step=on_step)
-    camera = arguments.parse_camera(wish.camera, wish.fov, scene)
+        scene = load(name, wish.assets, with_items=wish.items, seen_by=seen_by, on_step=on_step)
+    camera = seen_by(scene)
     if lights:
         scene = scene.with_lights(*lights)
-    elif scene.lights_chosen and camera is not scene.camera():
-        scene = with_chosen_light(scene, [camera])
     settings = arguments.parse_settings(
         scene,
         wish.settings,

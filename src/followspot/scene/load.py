@@ -44,6 +44,7 @@ def load(
     *,
     patch_tolerance: float = level.PATCH_TOLERANCE,
     with_items: bool = False,
+    seen_by: Callable[[Scene], Camera] = Scene.camera,
     on_step: Step = lambda _: None,
 ) -> Scene:
     """Open a scene or a level.
@@ -55,6 +56,7 @@ def load(
             usual installs of OpenArena and Quake 3.
         patch_tolerance: Units by which triangles may miss a curved patch.
         with_items: Whether the level's pick-ups are there even if a scene file does not say so.
+        seen_by: Tells the camera whose view a chosen light is to suit; may raise what it likes.
         on_step: Called with the name of each step of loading when it is done.
 
     Raises:
@@ -66,7 +68,11 @@ def load(
         file = msgspec.structs.replace(file, items=Items.ENTITIES)
     try:
         on_step("search")
-        return _assemble(name, file, archive, entry, patch_tolerance, on_step)
+        scene = _assemble(name, file, archive, entry, patch_tolerance, on_step)
+        if file.lights is None:
+            scene = with_chosen_light(scene, [seen_by(scene)])
+            on_step("choose light")
+        return scene
     except BaseException:
         archive.close()
         raise
@@ -154,7 +160,7 @@ def _assemble(
     crowd = _crowd(name, file, built, figures, archive, spawns)
     missing |= {n: MissingImage(n, tuple(tried)) for n, tried in figures.missing.items()}
     on_step("read characters")
-    scene = Scene(
+    return Scene(
         name=name,
         archive=archive,
         level=built,
@@ -173,10 +179,6 @@ def _assemble(
         missing=tuple(missing.values()),
         problems=(*archive.problems, *scripts.problems, *sky.problems, *figures.problems),
     )
-    if file.lights is None:
-        scene = with_chosen_light(scene, [scene.camera()])
-    on_step("choose light")
-    return scene
 
 
 def _props(
