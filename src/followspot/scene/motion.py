@@ -13,11 +13,10 @@ leaves for a vertex one sum of seven terms, however much turbulence there is.
 """
 
 import math
+import random
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-
-import numpy as np
 
 from followspot.assets.shader_motion import (
     Rotate,
@@ -116,7 +115,8 @@ def value(wave: Wave, seconds: float) -> float:
     return base + amplitude * _HEIGHTS[shape]((phase + seconds * frequency) % 1.0)
 
 
-_NOISE: tuple[float, ...] = tuple(np.random.default_rng(1).uniform(-1, 1, 256).tolist())
+_random = random.Random(1)
+_NOISE = tuple(_random.uniform(-1, 1) for _ in range(256))
 """What noise is at whole numbers; the engine's is as long."""
 
 
