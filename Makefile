@@ -17,7 +17,7 @@ help:
 	@echo 'make clean   remove all that these make, .venv included'
 
 demo: .venv/ready
-	$(BIN)/followspot render courtyard --camera title --size 1280x720 -o out/demo/title.png
+	$(BIN)/followspot render courtyard --camera title --bake --size 1280x720 -o out/demo/title.png
 	$(BIN)/followspot report robots --size 640x480 --max-bytes 2000000 --jobs 2 -o out/demo/report
 	@echo 'Look at out/demo/title.png, out/demo/report/film.mp4 and out/demo/report/index.html'
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from followspot.errors import AssetError, ContextError, FollowspotError, UsageError
     from followspot.passes.view import View
     from followspot.present.renderer import Renderer
+    from followspot.scene.bounce import bake
     from followspot.scene.camera import Camera
     from followspot.scene.light import PointLight, SpotLight
     from followspot.scene.load import load
@@ -38,6 +39,7 @@ _HOMES = {
     "SpotLight": "scene.light",
     "UsageError": "errors",
     "View": "passes.view",
+    "bake": "scene.bounce",
     "load": "scene.load",
 }
 __all__ = [
@@ -53,6 +55,7 @@ __all__ = [
     "SpotLight",
     "UsageError",
     "View",
+    "bake",
     "load",
 ]
 

@@ -9,6 +9,7 @@ from followspot.commands.options import (
     AlbedoOption,
     AnimationOption,
     AssetsOption,
+    BakeOption,
     CameraOption,
     FovOption,
     ItemsOption,
@@ -61,6 +62,7 @@ def render(
     animation: AnimationOption = None,
     time: TimeOption = 0.0,
     items: ItemsOption = False,
+    bake: BakeOption = False,
     supersample: SupersampleOption = 1,
     overlay: Annotated[
         str | None,
@@ -108,6 +110,7 @@ def render(
             animation=animation,
             time=time,
             items=items,
+            bake=bake,
             supersample=supersample,
             overlays=overlay,
             culled_from=culled_from,
@@ -178,6 +181,7 @@ def film(
     no_shadows: NoShadowsOption = False,
     no_sky_light: NoSkyLightOption = False,
     items: ItemsOption = False,
+    bake: BakeOption = False,
 ) -> None:
     """Film a flight through a scene or level; the same frames whatever the machine's speed.
 
@@ -201,6 +205,7 @@ def film(
         shadows=not no_shadows,
         sky_light=not no_sky_light,
         items=items,
+        bake=bake,
     )
     film_wish = FilmWish(path, seconds, fps, samples, supersample, max_bytes, jobs)
     raise typer.Exit(film_.run(scene, output, wish, film_wish))

@@ -126,6 +126,14 @@ AnimationOption = Annotated[
 ItemsOption = Annotated[
     bool, typer.Option("--items", help="Show the level's pick-ups, turning and bobbing.")
 ]
+BakeOption = Annotated[
+    bool,
+    typer.Option(
+        "--bake",
+        help="Trace what the sky and the lights throw from wall to wall first, some seconds long, "
+        "and show it in place of the sky's light, which reaches everywhere.",
+    ),
+]
 TimeOption = Annotated[
     float,
     typer.Option("--time", metavar="SECONDS", help="When: characters and surfaces move by it."),

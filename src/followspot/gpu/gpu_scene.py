@@ -10,7 +10,7 @@ from followspot.errors import AssetError
 from followspot.gpu import gl, textures
 from followspot.gpu.blocks import FRAME
 from followspot.gpu.characters import GpuCrowd
-from followspot.scene.baked import BakedLight
+from followspot.scene.baked import BakedLight, TracedLight
 from followspot.scene.clouds import Clouds
 from followspot.scene.material import Laid, Layer, Material
 from followspot.scene.scene import Scene
@@ -58,7 +58,7 @@ class GpuScene:
         vertices: The mesh's vertices, one buffer.
         tints: The mesh's tints, where it has any.
         sprites: What its sprites turn about, where it has any.
-        shown_baked: What the level's compiler baked, once it has been wanted.
+        shown_baked: What was baked or traced, once it has been wanted.
         lightmaps: From then on, all of its lightmaps in one texture.
         baked: From then on, how that lights the mesh's vertices.
         frame_block: Uniform buffer for one `blocks.FRAME`.
@@ -85,7 +85,7 @@ class GpuScene:
         self.tints = None if tints is None else context.buffer(tints.tobytes())
         sprites = scene.mesh.sprites
         self.sprites = None if sprites is None else context.buffer(sprites.tobytes())
-        self.shown_baked: BakedLight | None = None
+        self.shown_baked: BakedLight | TracedLight | None = None
         self.lightmaps: moderngl.Texture | None = None
         self.baked: moderngl.Buffer | None = None
         self.frame_block = context.buffer(reserve=FRAME.itemsize, dynamic=True)
@@ -124,7 +124,8 @@ class GpuScene:
 
     def upload_baked(self) -> None:
         """See to it that baked light is there, if the level has any. Not inside a frame."""
-        baked, vertices = self.scene.level.baked, self.scene.mesh.baked
+        level, vertices = self.scene.level, self.scene.mesh.baked
+        baked = level.traced or level.baked
         if self.shown_baked is not None or baked is None or vertices is None:
             return
         self.lightmaps = textures.upload_lightmaps(self.context, baked.image())

@@ -125,7 +125,7 @@ def plan(scene_name: str, wish: Wish, film_wish: FilmWish, to: Output) -> tuple[
     check(size, film_wish, is_folder=to.is_folder)
     scene, _ = open_scene(scene_name, wish)
     path = _path(scene, film_wish)
-    scene = lit_along(scene, path)
+    scene = lit_along(scene, path, bake=wish.bake)
     fps = Fraction(film_wish.fps).limit_denominator(1001)
     count = max(1, round(path.seconds * fps))
     if count > MAX_FRAMES:

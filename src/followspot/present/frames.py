@@ -15,6 +15,7 @@ from followspot.passes.average import AveragePass
 from followspot.passes.frame import FrameInput
 from followspot.passes.view import View
 from followspot.present.renderer import Renderer
+from followspot.scene import bounce
 from followspot.scene.load import with_chosen_light
 from followspot.scene.path import CameraPath
 from followspot.scene.scene import Scene
@@ -143,11 +144,18 @@ class FilmCamera:
         self.close()
 
 
-def lit_along(scene: Scene, path: CameraPath) -> Scene:
-    """The scene; where its light was chosen, under one that is chosen for all of a path."""
-    if not scene.lights_chosen:
-        return scene
-    return with_chosen_light(scene, [path.camera(t) for t in np.linspace(0, path.seconds, LOOKS)])
+def lit_along(scene: Scene, path: CameraPath, *, bake: bool) -> Scene:
+    """The scene; where its light was chosen, under one that is chosen for all of a path.
+
+    Args:
+        scene: What is filmed.
+        path: Of the camera.
+        bake: Whether light between walls is traced.
+    """
+    if scene.lights_chosen:
+        looks = np.linspace(0, path.seconds, LOOKS)
+        scene = with_chosen_light(scene, [path.camera(time) for time in looks])
+    return bounce.bake(scene) if bake else scene
 
 
 def exposures_for(scene: Scene, path: CameraPath, view: View) -> tuple[float, ...]:

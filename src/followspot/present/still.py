@@ -11,7 +11,7 @@ from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
 from followspot.present import arguments, pictures
 from followspot.present.renderer import Renderer, named
-from followspot.scene import figure_file
+from followspot.scene import bounce, figure_file
 from followspot.scene.camera import Camera
 from followspot.scene.load import Step, load, load_figure
 from followspot.scene.scene import Scene
@@ -38,6 +38,7 @@ class Wish:
     animation: str | None = None
     time: float = 0.0
     items: bool = False
+    bake: bool = False
     overlays: str | None = None
     culled_from: str | None = None
 
@@ -113,6 +114,8 @@ def render(name: str, output: Path, wish: Wish) -> None:
         raise UsageError(f"--supersample: expected 1 for a shadow map, found {wish.supersample}")
     arguments.require_drawable(size, wish.supersample)
     scene, camera = open_scene(name, wish)
+    if wish.bake:
+        scene = bounce.bake(scene)
     culled_from = None
     if wish.culled_from is not None:
         culled_from = arguments.parse_camera(wish.culled_from, wish.fov, scene, "--culled-from")

@@ -128,7 +128,8 @@ def main() -> None:
     job: Job = pickle.load(sys.stdin.buffer)
     with open(out, "wb", buffering=0) as pipe:  # noqa: PTH123
         try:
-            scene = lit_along(open_scene(job.scene, job.wish)[0], job.film.path)
+            scene, _ = open_scene(job.scene, job.wish)
+            scene = lit_along(scene, job.film.path, bake=job.wish.bake)
             with FilmCamera(scene, job.film) as camera:
                 for picture in camera.pictures(job.numbers):
                     _send(pipe, _PICTURE, np.ascontiguousarray(picture).data.cast("B"))

@@ -39,6 +39,64 @@ def decoded(values: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 @dataclass(frozen=True, eq=False)
+class LightGrid:
+    """Light at points in rows.
+
+    Attributes:
+        first: (3,) the first point, world units.
+        cell: (3,) units from one to the next.
+        count: (3,) how many there are along each axis.
+        light: (points, 3) linear, x running fastest; black in walls. May be empty.
+    """
+
+    first: Floats
+    cell: Floats
+    count: Ints
+    light: NDArray[np.float32]
+
+    def around(self, points: Floats) -> Floats:
+        """(n, 3) light at (n, 3) world points, 0 where there is no grid.
+
+        Between the eight points of the grid around, without those in walls.
+        """
+        count, light = self.count, self.light
+        if not len(light):
+            return np.zeros((len(points), 3))
+        place = np.clip((points - self.first) / self.cell, 0, count - 1)
+        low = np.minimum(place.astype(np.int64), np.maximum(count - 2, 0))
+        share = place - low
+        total, sums = np.zeros(len(points)), np.zeros((len(points), 3))
+        for corner in np.ndindex(2, 2, 2):
+            x, y, z = np.minimum(low + corner, count - 1).T
+            found = light[x + count[0] * (y + count[1] * z)]
+            weight = np.where(corner, share, 1 - share).prod(axis=1) * found.any(axis=1)
+            total += weight
+            sums += weight[:, np.newaxis] * found
+        return sums / np.maximum(total, 1e-9)[:, np.newaxis]
+
+
+@dataclass(frozen=True, eq=False)
+class TracedLight:
+    """What takes a level's baked light's place once it is traced anew; see `scene.bounce`.
+
+    Attributes:
+        luxels: (h, w, 3) linear light as of `BakedLight.image`.
+        grid: What there is in the open.
+    """
+
+    luxels: NDArray[np.float32]
+    grid: LightGrid
+
+    def image(self) -> NDArray[np.float32]:
+        """(h, w, 3) as `BakedLight.image`."""
+        return self.luxels
+
+    def around(self, points: Floats) -> Floats:
+        """(n, 3) as `BakedLight.around`."""
+        return self.grid.around(points)
+
+
+@dataclass(frozen=True, eq=False)
 class BakedLight:
     """A level's.
 
@@ -104,37 +162,37 @@ class BakedLight:
         place = (corner + within) / (self.columns, self.rows)
         return place.astype(np.float32)
 
-    @cached_property
-    def _grid(self) -> tuple[Floats, Floats, Ints, NDArray[np.float32]]:
-        """Place of the first point, (3,) units between points, (3,) how many, (points, 3) light."""
+    @property
+    def white(self) -> NDArray[np.float32]:
+        """(2,) place in `image` of a white luxel."""
+        return self._place(np.array([len(self.bsp.lightmaps)]), 0.5).ravel()
+
+    def grid_points(self, limit: int | None = None) -> tuple[Floats, Floats, Ints]:
+        """Where the light grid is: (3,) first point, (3,) units between points, (3,) how many.
+
+        Args:
+            limit: So many are enough: they are farther apart than in the level's own grid then.
+        """
         world = self.bsp.models[0]
         given = entity_vector(self.bsp.entities[0], "gridsize") if self.bsp.entities else None
         cell = np.array(CELL) if given is None or not (given > 0).all() else given
-        first = np.asarray(cell * np.ceil(world["mins"] / cell))
-        count = np.asarray(np.floor((world["maxs"] - first) / cell) + 1, np.int64)
+        while True:
+            first = np.asarray(cell * np.ceil(world["mins"] / cell))
+            count = np.asarray(np.floor((world["maxs"] - first) / cell) + 1, np.int64)
+            if limit is None or count.prod() <= limit:
+                return first, cell, count
+            cell = cell * 1.25
+
+    @cached_property
+    def _grid(self) -> LightGrid:
+        first, cell, count = self.grid_points()
         grid = self.bsp.light_grid
         if (count < 1).any() or len(grid) != count.prod():
-            return first, cell, np.zeros(3, np.int64), np.zeros((0, 3), np.float32)
+            return LightGrid(first, cell, count, np.zeros((0, 3), np.float32))
         # A surface that may face any way has a quarter of what one has that faces the light.
         light = decoded(grid["ambient"]) + decoded(grid["directed"]) / np.float32(4)
-        return first, cell, count, light
+        return LightGrid(first, cell, count, light)
 
     def around(self, points: Floats) -> Floats:
-        """(n, 3) linear light at (n, 3) world points, in the mean over all ways to face.
-
-        Between the eight points of the grid around, without those in walls, which are black.
-        """
-        first, cell, count, light = self._grid
-        if not len(light):
-            return np.zeros((len(points), 3))
-        place = np.clip((points - first) / cell, 0, count - 1)
-        low = np.minimum(place.astype(np.int64), np.maximum(count - 2, 0))
-        share = place - low
-        total, sums = np.zeros(len(points)), np.zeros((len(points), 3))
-        for corner in np.ndindex(2, 2, 2):
-            x, y, z = np.minimum(low + corner, count - 1).T
-            found = light[x + count[0] * (y + count[1] * z)]
-            weight = np.where(corner, share, 1 - share).prod(axis=1) * found.any(axis=1)
-            total += weight
-            sums += weight[:, np.newaxis] * found
-        return sums / np.maximum(total, 1e-9)[:, np.newaxis]
+        """(n, 3) linear light at (n, 3) world points, in the mean over all ways to face."""
+        return self._grid.around(points)

@@ -12,7 +12,7 @@ from followspot.assets.bsp import BspFile, FaceType
 from followspot.assets.entities import entity_vector, model_number
 from followspot.assets.shader_script import ShaderScript
 from followspot.scene import bsp_tree, deform, fog, patch, script_material, tints
-from followspot.scene.baked import BakedLight
+from followspot.scene.baked import BakedLight, TracedLight
 from followspot.scene.fog import Fog
 from followspot.scene.material import Material
 from followspot.scene.mesh import FACE, VERTEX, Mesh, face_boxes, face_planes
@@ -102,6 +102,7 @@ class Level:
         visibility: What can be seen from where.
         baked: What its compiler has lit it by, if it has one.
         fogs: What hangs in it.
+        traced: Light that has been traced in place of `baked`; `Mesh.baked` is of it then.
     """
 
     bsp: BspFile
@@ -110,6 +111,7 @@ class Level:
     visibility: Visibility
     baked: BakedLight | None = None
     fogs: tuple[Fog, ...] = ()
+    traced: TracedLight | None = None
 
 
 def build(bsp: BspFile, find_script: FindScript, find_image: FindImage, tolerance: float) -> Level:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.arrays import Floats, Mask
+from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.binary import run_members
 
 MAX_POINTS = 400_000
@@ -54,7 +54,7 @@ class Voxels:
                 break
             edge *= 1.25
         words = np.zeros(shape, np.uint64)
-        x, y, z = (np.floor(_spread(triangles, edge) / edge).astype(np.int64) - first).T
+        x, y, z = (np.floor(spread(triangles, edge)[0] / edge).astype(np.int64) - first).T
         bits = np.left_shift(np.uint64(1), (z % _BITS).astype(np.uint64))
         np.bitwise_or.at(words, (x, y, z // _BITS), bits)
         return cls(edge, first, words)
@@ -92,10 +92,13 @@ def _box(points: Floats) -> tuple[Floats, Floats]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def _spread(triangles: Floats, gap: float) -> Floats:
+def spread(triangles: Floats, gap: float) -> tuple[Floats, Ints]:
     """(n, 3) points on (t, 3, 3) triangles in rows along their longest edges, `gap` apart at most.
 
     Rows along another edge would be many times as many in a long and narrow triangle.
+
+    Returns:
+        The points, and (n,) the triangle of each.
     """
     edges = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
     order = (edges.argmax(axis=1)[:, np.newaxis] + np.arange(3)) % 3
@@ -112,4 +115,4 @@ def _spread(triangles: Floats, gap: float) -> Floats:
     v = (k // u_count[triangle]) / np.maximum(v_count - 1, 1)[triangle]
     inside = u + v <= 1 + 1e-9
     triangle, u, v = triangle[inside], u[inside, np.newaxis], v[inside, np.newaxis]
-    return np.asarray(a[triangle] + u * ab[triangle] + v * ac[triangle])
+    return a[triangle] + u * ab[triangle] + v * ac[triangle], triangle
