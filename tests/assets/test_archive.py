@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from followspot.assets import archive as archive_module
 from followspot.assets.archive import Archive, normalise
-from followspot.assets.pak import MAX_FILE_BYTES
+from followspot.assets.pak import MAX_FILE_BYTES, Pak
 from followspot.errors import AssetError
 
 # A pk3 file with one entry, a.txt, that holds "hi" uncompressed.
@@ -176,13 +176,18 @@ def test_paks_with_names_that_lead_out_are_refused_whole(tmp_path: Path, name: s
 
 
 @pytest.mark.parametrize("data", [b"", b"hello", HAND_MADE_PAK[:-1], EVIL])
-def test_a_bad_pak_in_a_folder_is_left_out_and_listed(tmp_path: Path, data: bytes) -> None:
+def test_a_bad_pak_in_a_folder_is_left_out_and_listed(
+    tmp_path: Path, data: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
     write_pak(tmp_path / "good.pk3", {"x": "x"})
     bad = tmp_path / "z_bad.pk3"
     bad.write_bytes(data)
+    closed = []
+    monkeypatch.setattr(Pak, "close", lambda self: closed.append(self.path))
     with Archive.open([tmp_path]) as archive:
         assert archive.names() == ["x"]
         assert [problem.source for problem in archive.problems] == [str(bad)]
+        assert closed == [bad]
     with pytest.raises(AssetError) as caught:
         Archive.open([tmp_path, bad])
     assert caught.value.source == str(bad)

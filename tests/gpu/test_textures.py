@@ -110,6 +110,7 @@ def fetched(
     program = context.program(vertex_shader=_WHOLE, fragment_shader=_FETCH)
     target = context.simple_framebuffer(size, 4, dtype="f4")
     target.use()
+    context.enable_only(moderngl.NOTHING)
     texture.use(0)
     program["image"], program["level"] = 0, level
     context.vertex_array(program, []).render(vertices=3)

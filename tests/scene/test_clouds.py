@@ -102,7 +102,7 @@ def test_clouds_that_move_light_the_scene_as_if_they_were_finer() -> None:
     soft = np.stack(np.broadcast_arrays(waves, waves[:, np.newaxis], 90, 255), axis=2)
     still, moving = (
         Clouds(None, (stage(f"map a\n{mods}", Image(soft.astype(np.uint8), False, "soft")),), 512)
-        for mods in ("tcMod scale 2 2", "tcMod scale 2 2\ntcMod scroll 0.1 0.1")
+        for mods in ("tcMod turb 0 1 0 1\ntcMod scale 2 2", "tcMod scale 2 2\ntcMod scroll 0.1 0.1")
     )
     assert moving.moves and not still.moves
     coarse, fine = (each.sky("sky") for each in (moving, still))

@@ -21,7 +21,8 @@ from followspot.levelbuilder import (
     room,
     write_pk3,
 )
-from followspot.scene.load import load
+from followspot.scene.light import PointLight
+from followspot.scene.load import load, with_chosen_light
 from followspot.scene.scene import Scene
 from followspot.scene.search import BUILTIN, builtin_scenes
 from followspot.scene.sky_files import BUILTIN_SKY
@@ -128,6 +129,17 @@ def test_a_sky_that_is_not_whole_is_listed_and_the_brought_along_one_stands_in(
         assert scene.sky.name == BUILTIN_SKY
         (problem,) = scene.problems
         assert problem.source == "env/half_lf" and problem.expected == "a sky image"
+
+
+def test_a_chosen_light_leaves_a_files_light_from_all_around(opened: Open) -> None:
+    plain, given = (opened(f'level = "courtyard"\n{text}') for text in ("", "ambient = 0.7"))
+    assert given.lights_chosen and given.ambient == 0.7 != plain.ambient
+    for _ in range(2):  # as films do for their path
+        given = with_chosen_light(given, [given.camera()])
+        assert given.ambient == 0.7
+    light = PointLight(np.zeros(3), np.ones(3))
+    assert given.with_lights(light).ambient == 0.7
+    assert plain.with_lights(light).ambient == 0.0
 
 
 def test_patches_are_cut_as_finely_as_asked(courtyard: Scene) -> None:

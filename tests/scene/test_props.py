@@ -20,6 +20,7 @@ from followspot.present.inspect import inspect
 from followspot.scene import bsp_tree, scene_file
 from followspot.scene.deform import RIGID
 from followspot.scene.figure_file import FigureFiles
+from followspot.scene.fog import Fog
 from followspot.scene.ground import Ground
 from followspot.scene.level import Level
 from followspot.scene.load import load, load_figure
@@ -189,6 +190,12 @@ def test_factors_and_cut_outs_become_tints_and_tests(folder: Path) -> None:
     before = len(FLOOR.mesh.vertices)
     assert (level.mesh.tints[:before] == 1).all()
     assert_allclose(level.mesh.tints[before:], surface.tints)
+
+
+def test_a_level_keeps_its_fog(folder: Path) -> None:
+    fog = Fog(np.zeros(3), np.full(3, 64.0), np.full(3, 0.5), 0.01)
+    (prop,) = place(folder, 'file = "cube.obj"\norigin = [0, 0, 0]')
+    assert with_props(replace(FLOOR, fogs=(fog,)), (prop,)).fogs == (fog,)
 
 
 @pytest.mark.parametrize(

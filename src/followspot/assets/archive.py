@@ -9,8 +9,8 @@ several files share a name, one wins:
 - of the pk3 files in a folder, the later by name wins;
 - within a pk3 file, the later entry wins.
 
-Names are gathered once, when the archive is opened, and only a gathered name can be read: no name
-that stands in a level or a script can reach a file outside the roots.
+Names are gathered when the archive is opened, or a folder put beside it, and only a gathered name
+can be read: no name that stands in a level or a script can reach a file outside the roots.
 """
 # ruff: noqa: PTH112, PTH113 - these two of os.path, unlike pathlib's, never raise.
 
@@ -76,8 +76,10 @@ class _Paks:
         key = realpath(path), path.name  # messages tell the name
         if key not in self._read:
             pak = Pak(path)
-            self._opened.callback(pak.close)
-            self._read[key] = {normalise(entry.name): entry for entry in pak.entries()}
+            with ExitStack() as if_it_fails:
+                if_it_fails.callback(pak.close)
+                self._read[key] = {normalise(entry.name): entry for entry in pak.entries()}
+                self._opened.push(if_it_fails.pop_all())
         return self._read[key]
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Images as textures that filter linear light.
+"""Images as textures that filter linear light; those of clouds, what is displayed.
 
 What needs no alpha is decoded here, once, into GL_RGB9_E5: nine bits a channel below an exponent
 that they share (EXT_texture_shared_exponent), in the four bytes that sRGB takes, too. The brightest

@@ -217,7 +217,8 @@ class SurfacePrograms:
             # The last used is the last.
             chosen[count][variant] = self._made[key] = self._made.pop(key)
         self._wanted, self.chosen = wanted, chosen
-        while len(self._made) > MAX_PROGRAMS:
+        most = max(MAX_PROGRAMS, len(chosen) * len(self._variants))  # all of those are in use
+        while len(self._made) > most:
             self._made.pop(next(iter(self._made))).release()
 
     def release(self) -> None:

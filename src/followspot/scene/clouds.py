@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
 from followspot.assets.image import Image
-from followspot.assets.shader_motion import Scale, Transform
+from followspot.assets.shader_motion import Scale, Transform, Turbulence
 from followspot.assets.shader_script import Stage
 from followspot.assets.shader_values import BlendFactor
 from followspot.scene.material import Color
@@ -35,7 +35,8 @@ SIZE = 256
 """Texels along an edge of a face, where there is no box."""
 
 LIGHT_SIZE = 128
-"""Likewise of clouds that move: then the cube map lights the scene, but no picture shows it."""
+"""Likewise of clouds that move: then the cube map lights the scene, and only the window's
+panel of the sky shows it."""
 
 MAX_LAYERS = 4
 """Layers that can move; where there are more, all stand still."""
@@ -66,10 +67,14 @@ class Layer:
         """What the image does as time goes by."""
         return Motion(self.stage.tc_mods, color=self.stage.color_wave)
 
+    @cached_property
+    def _color(self) -> Color:
+        return self.stage.color or (1.0, 1.0, 1.0)
+
     def color_at(self, seconds: float) -> Color:
         """What its texels are multiplied by at a time, as displayed."""
-        brightness = share(self.stage.color_wave, seconds)
-        red, green, blue = self.stage.color or (1.0, 1.0, 1.0)
+        brightness = share(self.motion.color, seconds)
+        red, green, blue = self._color
         return red * brightness, green * brightness, blue * brightness
 
 
@@ -90,20 +95,20 @@ class Clouds:
     @property
     def moves(self) -> bool:
         """Whether they look otherwise as time goes by."""
-        still = (Scale, Transform)
+        still = (Scale, Transform, Turbulence)  # a sky is not turbulent
         motions = [layer.motion for layer in self.layers]
         scrolls = (not isinstance(mod, still) for each in motions for mod in each.tc_mods)
         return len(motions) <= MAX_LAYERS and (any(each.pulses for each in motions) or any(scrolls))
 
-    def sky(self, name: str, seconds: float = 0.0) -> CubeMap:
-        """A sky of this name with its clouds as they are at a time."""
+    def sky(self, name: str) -> CubeMap:
+        """A sky of this name with its clouds as they are at time 0."""
         box = self.box
         size = (LIGHT_SIZE if self.moves else SIZE) if box is None else box.faces.shape[1]
         faces = np.zeros((6, size, size, 4), np.uint8)
         faces[..., 3] = 255
         if box is not None:
             faces[:] = box.faces
-        sheets = [_Sheet(layer, size, seconds) for layer in self.layers]
+        sheets = [_Sheet(layer, size) for layer in self.layers]
         for face in range(_BELOW):
             places = coordinates(directions(face, size), self.height)
             shown: Values = faces[face, ..., :3].astype(np.float32) / np.float32(255)
@@ -143,15 +148,15 @@ def coordinates(directions: Values, height: float) -> Values:
 class _Sheet:
     """A layer's image as fine as the faces' texels, so that the nearest of its own will do."""
 
-    def __init__(self, layer: Layer, size: int, seconds: float) -> None:
-        (a, b), (c, d), shift = layer.motion.terms(seconds)[:3]
+    def __init__(self, layer: Layer, size: int) -> None:
+        (a, b), (c, d), shift = layer.motion.terms(0.0)[:3]
         turn = np.array([(a, b), (c, d)], np.float32)
         step = math.sqrt(abs(a * d - b * c)) / size  # half of a texel in the middle of a face
         wanted = min(max(round(1 / max(step, 1e-6)), 1), _LARGEST)
         picture = PillowImage.fromarray(layer.image.pixels)
         self._texels = np.asarray(picture.resize((wanted, wanted), PillowImage.Resampling.BICUBIC))
         self._turn, self._shift = turn * wanted, np.array(shift, np.float32) * wanted
-        self._color = np.array(layer.color_at(seconds), np.float32)
+        self._color = np.array(layer.color_at(0.0), np.float32)
         self.blend = layer.stage.blend
 
     def at(self, places: Values) -> tuple[Values, Values]:

@@ -174,6 +174,7 @@ def _assemble(
         paths={path: entry.path() for path, entry in file.paths.items()},
         environment_constant=file.environment_constant,
         ambient=file.ambient,
+        own_ambient=file.ambient,
         metres_per_unit=file.metres_per_unit,
         settings=file.settings,
         missing=tuple(missing.values()),
@@ -215,5 +216,6 @@ def _crowd(
 def with_chosen_light(scene: Scene, cameras: Sequence[Camera]) -> Scene:
     """The scene under a light that suits its level and what cameras see."""
     light = key_light.choose(scene.level, scene.sun, cameras, scene.metres_per_unit)
-    ambient = key_light.ambient(scene.sky.towards_axes() * scene.environment_constant)
+    fill = key_light.ambient(scene.sky.towards_axes() * scene.environment_constant)
+    ambient = max(scene.own_ambient, fill)
     return replace(scene, lights=(light,), lights_chosen=True, ambient=ambient)

@@ -117,8 +117,8 @@ class Material:
             would mirror the eye's ray to.
         motion: What the base image does as time goes by.
         deforms: What vertices do.
-        color: What a level's texels are multiplied by, linear, if its script says so; they are
-            tinted then.
+        color: What texels are multiplied by, linear, if the script says so. A level's are tinted
+            then; models leave it out.
     """
 
     name: str

@@ -30,9 +30,6 @@ from followspot.assets.shader_motion import (
     Wave,
 )
 
-TURBULENCE_LENGTH = 1024.0
-"""Units from one crest of turbulence to the next."""
-
 DISPLAY_GAMMA = 2.2
 """The engine multiplies what is displayed; in linear light the factor is to this power."""
 
@@ -43,8 +40,8 @@ Pair = tuple[float, float]
 
 Terms = tuple[Pair, ...]
 """What s, t and 1 contribute to texture coordinates, each a pair; and with turbulence sin x, sin y,
-cos x and cos y, too, where x = 2 pi (x + z) / `TURBULENCE_LENGTH` of a vertex' place as its model
-has it, and y = 2 pi y / `TURBULENCE_LENGTH`."""
+cos x and cos y, too, where x = 2 pi (x + z) / 1024 of a vertex' place as its model
+has it, and y = 2 pi y / 1024."""
 
 _UNMOVED: Terms = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
 _SWAY: Terms = ((0.0, 0.0),) * 4

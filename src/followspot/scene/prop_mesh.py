@@ -5,6 +5,7 @@ camera paths, the ray tracer.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,9 +62,8 @@ def with_props(level: Level, props: Sequence[Prop]) -> Level:
         _sprites(mesh, len(vertices)),
         _baked(level, vertices),
     )
-    return Level(
-        level.bsp, joined, tuple(materials), _visibility(level, joined, order), level.baked
-    )
+    visibility = _visibility(level, joined, order)
+    return replace(level, mesh=joined, materials=tuple(materials), visibility=visibility)
 
 
 def _tints(mesh: Mesh, surfaces: Sequence[PropSurface]) -> NDArray[np.float32] | None:

@@ -54,6 +54,7 @@ class Scene:
         paths: Cameras in motion by name; the first one is what a film takes.
         environment_constant: Radiance in W/(m^2 sr) of a sky texel of value 1.
         ambient: Radiance in W/(m^2 sr) from all around, added to the environment's.
+        own_ambient: That without what was chosen to go with a chosen light.
         metres_per_unit: Length of a Quake unit.
         settings: The scene's own choice of switches.
         missing: Images that were not found.
@@ -74,6 +75,7 @@ class Scene:
     paths: Mapping[str, CameraPath | AutoPath] = field(default_factory=dict)
     environment_constant: float = 1.0
     ambient: float = 0.0
+    own_ambient: float = 0.0
     metres_per_unit: float = spaces.METRES_PER_UNIT
     settings: Settings = field(default_factory=Settings)
     missing: tuple[MissingImage, ...] = ()
@@ -154,7 +156,7 @@ class Scene:
 
     def with_lights(self, *lights: Light) -> "Scene":
         """The same scene under other lights, without what was chosen to go with the old ones."""
-        ambient = 0.0 if self.lights_chosen else self.ambient
+        ambient = self.own_ambient if self.lights_chosen else self.ambient
         return replace(self, lights=lights, lights_chosen=False, ambient=ambient)
 
 
