@@ -182,8 +182,9 @@ def test_a_bad_pak_in_a_folder_is_left_out_and_listed(
     write_pak(tmp_path / "good.pk3", {"x": "x"})
     bad = tmp_path / "z_bad.pk3"
     bad.write_bytes(data)
-    closed = []
-    monkeypatch.setattr(Pak, "close", lambda self: closed.append(self.path))
+    closed: list[Path] = []
+    close = Pak.close
+    monkeypatch.setattr(Pak, "close", lambda self: (closed.append(self.path), close(self)))
     with Archive.open([tmp_path]) as archive:
         assert archive.names() == ["x"]
         assert [problem.source for problem in archive.problems] == [str(bad)]
