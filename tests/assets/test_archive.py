@@ -184,7 +184,12 @@ def test_a_bad_pak_in_a_folder_is_left_out_and_listed(
     bad.write_bytes(data)
     closed: list[Path] = []
     close = Pak.close
-    monkeypatch.setattr(Pak, "close", lambda self: (closed.append(self.path), close(self)))
+
+    def noted(pak: Pak) -> None:
+        closed.append(pak.path)
+        close(pak)
+
+    monkeypatch.setattr(Pak, "close", noted)
     with Archive.open([tmp_path]) as archive:
         assert archive.names() == ["x"]
         assert [problem.source for problem in archive.problems] == [str(bad)]
