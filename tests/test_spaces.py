@@ -218,3 +218,10 @@ def test_projecting_before_interpolation_equals_projecting_after_it(
     place, expected = before[:3] / before[3], after[:3] / after[3]
     slack = 1.1 * (error[:3] + error[3] * np.abs(expected)) / after[3]
     assert (np.abs(place - expected) <= slack).all()
+
+
+@pytest.mark.parametrize("up", [1.0, -1.0])
+def test_straight_up_and_down_have_no_yaw_from_rounding(up: float) -> None:
+    for noise in (0.0, 3e-17, -5e-17):
+        assert spaces.angles_from_forward(spaces.vec3([-3e-17, noise, up])) == (0.0, -90.0 * up)
+    assert spaces.angles_from_forward(spaces.vec3([-1e-6, 0, up]))[0] == 180.0

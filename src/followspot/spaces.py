@@ -61,7 +61,10 @@ def forward_from_angles(yaw: float, pitch: float) -> Vec3:
 def angles_from_forward(forward: Vec3) -> tuple[float, float]:
     """Quake (yaw, pitch) in degrees that look along a world direction."""
     x, y, z = forward
-    return math.degrees(math.atan2(y, x)), -math.degrees(math.atan2(z, math.hypot(x, y)))
+    aside = math.hypot(x, y)
+    # Straight up or down any yaw will do, but not that of what rounding has left.
+    yaw = math.atan2(y, x) if aside > 1e-9 * abs(z) else 0.0
+    return math.degrees(yaw), -math.degrees(math.atan2(z, aside))
 
 
 def view_from_world(position: Vec3, yaw: float, pitch: float) -> Mat4:

@@ -323,6 +323,23 @@ def test_cut_out_surfaces_are_not_blended_too() -> None:
     assert made("map $lightmap; alphaFunc GE128", "map leaf; blendFunc filter") == leaf
 
 
+def test_a_cut_out_stain_dims_what_is_below() -> None:
+    stain = made("map stain; alphaFunc GT0; blendFunc filter", "map glow; blendFunc add")
+    assert (stain.blend, stain.shade, stain.alpha_test) == (FILTERS, Shade.FILTER, AlphaTest.GT0)
+    assert stain.layer is None
+
+
+def test_stages_that_are_painted_over_do_not_count() -> None:
+    hole = "map wall; blendFunc blend"
+    found = made("map wall", "map slime; tcMod scroll 0 1", hole, LIGHT)
+    assert (found.image, found.shade) == ("slime", Shade.LIT) and found.layer is not None
+    assert (found.layer.image, found.layer.laid) == ("wall", Laid.OVER)
+    # A reflection takes part, whatever it is laid on.
+    shiny = made("map wall", "map room; tcGen environment", "map wall; blendFunc add", LIGHT)
+    assert shiny.image == "wall" and shiny.layer is not None and shiny.layer.laid is Laid.SHEEN
+    assert made("map wall", "map leaf; alphaFunc GE128", LIGHT).image == "wall"
+
+
 def test_a_cut_out_decal_that_brightens_what_is_below_stays_one() -> None:
     decal = made("map leaf; alphaFunc GE128; blendFunc GL_DST_COLOR GL_ONE")
     assert decal == Material("s", "leaf", Sides.FRONT, AlphaTest.GE128, BRIGHTENS, Shade.FILTER)

@@ -6,6 +6,7 @@ surface's colour; and perhaps another one, which is laid on it.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 from followspot.assets.bsp import BspFile
@@ -73,13 +74,16 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
     """The material that stands for a script, or for the plain image where there is none."""
     if script is None:
         return Material(name, find_image(name))
+    script = _from_last_opaque(script)
     stage = _base_stage(script)
     if stage is None:  # only lightmaps or plain white: the name may still be an image
         return Material(name, find_image(name), sides=script.cull)
     first = script.stages[0]
     alpha_test = first.alpha_test or stage.alpha_test
-    # What is cut out stands for itself, whatever it is mixed with, unless it only brightens.
-    is_blended = first.blend is not None and (alpha_test is None or first.blend == BRIGHTENS)
+    # What is cut out stands for itself, whatever it is mixed with, unless it dims or brightens.
+    is_solid = any(each.image == _LIGHTMAP and each.blend is None for each in script.stages)
+    changes = first.blend == BRIGHTENS or (first.blend in _MULTIPLIES and not is_solid)
+    is_blended = first.blend is not None and (alpha_test is None or changes)
     blend = (stage.blend or first.blend) if is_blended else None
     shade = _shade(blend)
     shines = blend is None or _is_flame(script, blend)
@@ -102,6 +106,17 @@ def from_script(name: str, script: ShaderScript | None, find_image: FindImage) -
         deforms=Deforms.of(script.deforms),
         color=None if layer and layer.reads_tints else _linear(stage.color),
     )
+
+
+def _from_last_opaque(script: ShaderScript) -> ShaderScript:
+    """Without the stages that a later one paints over; a reflection counts as laid on them."""
+    opaque = [
+        number
+        for number, stage in enumerate(script.stages)
+        if stage.blend is None and stage.alpha_test is None
+        if _has_image(stage) and not _reflects(stage)
+    ]
+    return replace(script, stages=script.stages[opaque[-1] :]) if opaque[1:] else script
 
 
 def _linear(color: Color | None) -> Color | None:

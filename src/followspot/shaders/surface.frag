@@ -61,7 +61,7 @@ flat in float own_scale;
 #if LIGHTS > MAPPED
 in vec3 world_position;
 #endif
-#if FOGS > 0
+#if FOGS > 0 || defined(SMOOTHED)
 in vec3 eye_ray;
 #endif
 #if MAPPED > 0
@@ -130,7 +130,8 @@ float arrives(vec3 ray, vec4 place) {
     // Normals that are smoothed over edges face some lights from which the triangle itself is turned
     // away. It is in its own shadow there. The map cannot tell that, since what it holds there is the
     // triangle itself.
-    vec3 seen_side = cross(dFdx(ray), dFdy(ray));
+    // A sun's ray is too long for its own changes from pixel to pixel.
+    vec3 seen_side = cross(dFdx(eye_ray), dFdy(eye_ray));
     if (dot(seen_side, ray) <= 0.0) return 0.0;
 #endif
     return visibility(place);

@@ -35,7 +35,7 @@ flat out float own_scale;  // of self-lit texels
 #if LIGHTS > MAPPED
 out vec3 world_position;
 #endif
-#if FOGS > 0
+#if FOGS > 0 || defined(SMOOTHED)
 out vec3 eye_ray;  // from the eye, world units
 #endif
 #if MAPPED > 0
@@ -97,7 +97,7 @@ void main() {
 #if LIGHTS > MAPPED
     world_position = world.xyz;
 #endif
-#if FOGS > 0
+#if FOGS > 0 || defined(SMOOTHED)
     eye_ray = world.xyz - eye_position.xyz;
 #endif
 #if MAPPED > 0
