@@ -463,3 +463,19 @@ def test_a_triangle_turned_away_is_in_its_own_shadow_whatever_its_normals_say(
     assert draw(scene, view, View.DIRECT, settings, shadows=False)[there].min() > 0
     below = make_scene([bent], spot((300, 0, 60), (0, 0, 0), 40, 1e4))
     assert draw(below, view, View.DIRECT, settings)[there].min() > 0
+
+
+@pytest.mark.parametrize("cosine", [0.002, -0.002])
+def test_the_side_of_a_triangle_that_a_far_light_grazes_is_told_without_noise(
+    draw: Draw, cosine: float
+) -> None:
+    """Rays to a sun hardly differ from pixel to pixel, by less than float32 keeps of them."""
+    across, along = np.array([3, 0, -1]) / np.sqrt(10), np.array([1, 0, 3]) / np.sqrt(10)
+    slope = quad((0, 0, 0), (0, 60, 0), (20, 0, 60))
+    bent = replace(slope, vertices=slope.vertices.copy())
+    bent.vertices["normal"] = np.array([0.6, 0, 0.8])
+    light = spot(tuple(50_000 * (along + cosine * across)), (0, 0, 0), 1, 1e9)
+    scene, view = make_scene([bent], light), looking((150, 10, -20), (0, 0, 0), 60)
+    there = np.isfinite(draw(scene, view, View.DEPTH))
+    found = draw(scene, view, View.DIRECT)[there]
+    assert (found > 0).all() if cosine > 0 else (found == 0).all()
