@@ -284,6 +284,7 @@ def view(
     animation: AnimationOption = None,
     time: TimeOption = 0.0,
     items: ItemsOption = False,
+    bake: BakeOption = False,
 ) -> None:
     """Open a window: fly through a scene, move its lights, see into every stage.
 
@@ -305,5 +306,6 @@ def view(
         animation=animation,
         time=time,
         items=items,
+        bake=bake,
     )
     window.run(scene, wish)

@@ -155,7 +155,7 @@ class FramePipeline:
         encoded = _is_encoded(frame.view, target)
         self.shadow.reserve(frame.shadowed, frame.settings)
         scene = frame.scene
-        if lighting.is_baked(scene, frame.settings):
+        if lighting.baked_unit(scene, frame.settings) > 0:
             self._gpu_scene.upload_baked()
         counts = len(frame.lights), len(frame.shadowed), shadow_tiles.spot_count(frame.shadowed)
         wanted = scene.sky, scene.environment_constant, scene.ambient, frame.settings, counts

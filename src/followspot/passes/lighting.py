@@ -102,9 +102,13 @@ def write_lights(
             block["light_axis"][k] = *(-light.direction / width), -light.cos_rim / width
 
 
-def is_baked(scene: Scene, settings: Settings) -> bool:
-    """Whether light that was baked takes the environment's place."""
-    return settings.baked_light > 0 and scene.mesh.baked is not None
+def baked_unit(scene: Scene, settings: Settings) -> float:
+    """Radiance in W/(m^2 sr) of a white surface by a light of 1 among what was baked, or traced, in
+    the environment's place; 0 where nothing was.
+    """
+    if scene.level.traced is not None:
+        return scene.level.traced.unit
+    return 0.0 if scene.mesh.baked is None else settings.baked_light
 
 
 def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
@@ -128,8 +132,9 @@ def constants(scene: Scene, settings: Settings) -> dict[str, int | str]:
         macros["LIT_SIDES_CAST"] = 1
     if settings.albedo is not None:
         macros["ALBEDO"] = f"{settings.albedo:.9g}"
-    if settings.sky_light and is_baked(scene, settings):
-        macros["BAKED"] = f"{settings.baked_light:.9g}"
+    baked = baked_unit(scene, settings)
+    if settings.sky_light and baked > 0:
+        macros["BAKED"] = f"{baked:.9g}"
     elif settings.sky_light:
         macros["SKY_LIGHT"] = 1
         for axis, radiance in zip(_AXES, _towards_axes(scene, settings), strict=True):
@@ -146,12 +151,13 @@ def _towards_axes(scene: Scene, settings: Settings) -> Floats:
 def mean_from_around(scene: Scene, settings: Settings) -> Floats:
     """(3,) mean radiance in W/(m^2 sr) of what takes the environment's place, from all around.
 
-    Of what was baked it is that of a white surface that the level's compiler has lit well.
+    Of what was baked it is that of a white surface that the level's compiler has lit well, of what
+    was traced the mean.
     """
     if not settings.sky_light:
         return np.zeros(3)
-    if is_baked(scene, settings):
-        return np.full(3, settings.baked_light)
+    if baked := baked_unit(scene, settings):
+        return np.full(3, baked)
     return np.asarray(_towards_axes(scene, settings).mean(axis=0))
 
 

@@ -82,10 +82,12 @@ class TracedLight:
     Attributes:
         luxels: (h, w, 3) linear light as of `BakedLight.image`.
         grid: What there is in the open.
+        unit: Radiance in W/(m^2 sr) of a white surface under a light of 1.
     """
 
     luxels: NDArray[np.float32]
     grid: LightGrid
+    unit: float
 
     def image(self) -> NDArray[np.float32]:
         """(h, w, 3) as `BakedLight.image`."""

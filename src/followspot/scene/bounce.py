@@ -12,7 +12,6 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 
 from followspot.arrays import Floats, Ints
@@ -56,7 +55,7 @@ def bake(scene: Scene) -> Scene:
     throws it back, nor do characters, and what shines by itself lights nothing.
 
     Returns:
-        The scene with `Level.traced` and the setting `baked_light` that shows it.
+        The scene with `Level.traced`.
 
     Raises:
         UsageError: It is no level, or what its compiler baked is to be shown.
@@ -64,17 +63,16 @@ def bake(scene: Scene) -> Scene:
     level, own = scene.level, scene.level.baked
     if own is None or level.mesh.baked is None:
         raise UsageError(f"--bake: expected a level, found {scene.name}")
-    if scene.settings.baked_light and level.traced is None:
+    if scene.settings.baked_light:
         raise UsageError("--bake: expected no setting baked_light beside it")
     light = trace(scene)
     areas = light.surfels.areas
     typical = (light.light @ LUMINANCE * areas).sum() / max(areas.sum(), 1e-12)
     unit = max(float(typical), 1e-6)
     light = light.times(1 / unit)
-    traced = TracedLight(luxels.image(level, own, light), light.grid)
+    traced = TracedLight(luxels.image(level, own, light), light.grid, unit)
     mesh = replace(level.mesh, baked=luxels.at_vertices(level, own, light))
-    settings = msgspec.structs.replace(scene.settings, baked_light=unit)
-    return replace(scene, level=replace(level, mesh=mesh, traced=traced), settings=settings)
+    return replace(scene, level=replace(level, mesh=mesh, traced=traced))
 
 
 def trace(scene: Scene) -> SurfelLight:

@@ -207,3 +207,17 @@ def test_history_holds_the_last_frames_in_order() -> None:
         assert history.of("submission").tolist() == list(range(2 * first, 2 * number + 1, 2))
     assert history.frame_rate == 50
     assert history.median("GPU") == pytest.approx(math.pi)
+
+
+def test_light_between_walls_is_that_of_the_lights_that_were_typed() -> None:
+    lights = ("point:0,0,100:1000",)
+    plain, dark, lit = (
+        window.start("courtyard", Wish(bake=bake, lights=typed))
+        for bake, typed in ((False, ()), (True, ()), (True, lights))
+    )
+    assert plain.scene.level.traced is None
+    words = [shlex.split(copying.as_command(state, (64, 48))) for state in (plain, lit)]
+    assert "--bake" not in words[0] and "--bake" in words[1]
+    assert dark.scene.level.traced is not None and lit.scene.level.traced is not None
+    assert dark.scene.level.traced.unit != lit.scene.level.traced.unit
+    assert [lamp.light.power[0] for lamp in lit.lamps] == [1000]

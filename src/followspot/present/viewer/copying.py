@@ -32,6 +32,8 @@ def as_command(state: State, size: tuple[int, int]) -> str:
     words += [f"--assets={folder}" for folder in state.assets]
     if state.items:
         words.append("--items")
+    if state.scene.level.traced is not None:
+        words.append("--bake")
     if state.animation is not None:
         words.append(f"--animation={state.animation}")
     words.append(f"--camera={_place(camera)}")

@@ -28,6 +28,7 @@ from followspot.present.viewer.recording import Recorder
 from followspot.present.viewer.reloading import Reloader
 from followspot.present.viewer.state import Lamp, Mouse, Seen, State
 from followspot.present.viewer.walking import Walking
+from followspot.scene import bounce
 from followspot.scene.search import builtin_scenes
 
 
@@ -56,7 +57,10 @@ def start(name: str, wish: Wish) -> State:
     )
     state = State.of(replace(scene, settings=settings), camera)
     lights = [arguments.parse_light(text) for text in wish.lights]
-    require_drawable(scene.with_lights(*lights) if lights else scene, wish)
+    lit = scene.with_lights(*lights) if lights else scene
+    require_drawable(lit, wish)
+    if wish.bake:
+        scene = replace(scene, level=bounce.bake(replace(lit, settings=settings)).level)
     return replace(
         state,
         scene=scene,

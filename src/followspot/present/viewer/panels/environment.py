@@ -76,6 +76,9 @@ def _strength(state: State) -> State:
         imgui.set_item_tooltip("In the level's fog volumes, lit by the mean of the sky")
         if changed:
             state = state.with_settings(fog=fog)
+    if state.scene.level.traced is not None:
+        imgui.text_disabled("Light between walls as it was when the window opened")
+        return state
     if state.scene.mesh.baked is None:
         return state
     changed, baked = imgui.input_float(
