@@ -255,5 +255,5 @@ BYTE_TO_LINEAR = srgb_to_linear(_BYTE_TO_UNIT).astype(np.float32)
 def to_linear(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Decode (..., 4) RGBA bytes, sRGB with linear alpha, to linear float32 from 0 to 1."""
     linear = BYTE_TO_LINEAR.take(pixels)
-    linear[..., 3] = pixels[..., 3] * np.float32(1 / 255)
+    linear[..., 3] = pixels[..., 3] / np.float32(255)
     return linear
