@@ -100,7 +100,7 @@ def trace(scene: Scene) -> SurfelLight:
     around = open_ + _mean(met, reflects * (direct + gathered))
     around[~OpenSpace(level, _ROOM).is_free(points)] = 0.0
     grid = LightGrid(first, cell, count, around.astype(np.float32))
-    return SurfelLight(surfels, gathered, grid)
+    return SurfelLight(surfels, _smooth(surfels, gathered), grid)
 
 
 def _surfels(level: Level) -> Surfels:
@@ -174,6 +174,16 @@ def _mean(met: Ints, radiances: Floats) -> Floats:
     for hit in met:
         total += dark_beyond[hit]
     return total / len(met)
+
+
+def _smooth(surfels: Surfels, light: Floats) -> Floats:
+    """(s, 3) means over each surfel and its neighbours: so few rays scatter."""
+    dark_beyond = np.concatenate([light, np.zeros((2, 3))])  # -1 and -2
+    total, count = light.copy(), np.ones(len(light))
+    for neighbour in surfels.beside():
+        total += dark_beyond[neighbour]
+        count += neighbour >= 0
+    return np.asarray(total / count[:, np.newaxis])
 
 
 def _hemispheres(normals: Floats) -> Iterator[Floats]:

@@ -6,6 +6,7 @@ surface is near, it leaps as far as that is away at least (Hart, "Sphere Tracing
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,6 +29,10 @@ _GAP = 0.3
 """Cells' edges between the points by which surfaces are found."""
 _MARGIN = 0.3
 """Edges by which a surfel is wider than its points: as much as the gap between those."""
+_LIFT = 0.1
+"""Edges above their surfaces between which neighbours see each other."""
+_ALIKE = 0.9
+"""Cosine from which on neighbours are of one surface."""
 _ASIDE = 0.37
 """Edges by which cells begin beside whole numbers, on which walls stand: those would be on the
 border of two cells."""
@@ -149,6 +154,32 @@ class Surfels:
         material, surfel, area = self.shares
         sums = [np.bincount(surfel, v * area) for v in of_material[material].T]
         return np.stack(sums, axis=1) / np.maximum(self.areas, 1e-12)[:, np.newaxis]
+
+    def beside(self) -> Iterator[Ints]:
+        """Eight times (s,) the neighbour of each surfel that faces as it does and that it sees, in
+        one of the eight cells around it that its surface may go on in; NOTHING for none.
+        """
+        x, y, z = np.nonzero(self.row)
+        row, way = np.nonzero(self.in_cell[self.row[x, y, z]] >= 0)
+        surfel = self.in_cell[self.row[x, y, z]][row, way]
+        cell = np.empty((len(self.places), 3), np.int64)
+        cell[surfel] = np.stack([x, y, z], axis=1)[row]
+        of_way = np.empty(len(self.places), np.int64)
+        of_way[surfel] = way
+        lifted = self.places + self.normals * (_LIFT * self.edge)
+        one, other = (of_way // 2 + 1) % 3, (of_way // 2 + 2) % 3
+        for step in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
+            there = cell.copy()
+            there[np.arange(len(cell)), one] += step[0]
+            there[np.arange(len(cell)), other] += step[1]
+            i, j, k = np.clip(there, 0, np.array(self.row.shape) - 1).T
+            found = self.in_cell[self.row[i, j, k], of_way].astype(np.int64)
+            has = np.flatnonzero(found >= 0)
+            to = found[has]
+            alike = np.einsum("ij,ij->i", self.normals[has], self.normals[to]) > _ALIKE
+            hidden = self.met(lifted[has], lifted[to] - lifted[has], ends=True) >= 0
+            found[has[hidden | ~alike]] = NOTHING
+            yield found
 
     def met(self, start: Floats, way: Floats, *, ends: bool = False) -> Ints:
         """(n,) the surfel that each line meets first, or SKY, or NOTHING.
