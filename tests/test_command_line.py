@@ -16,6 +16,7 @@ from PIL import Image
 from followspot import cli
 from followspot.errors import UsageError
 from followspot.present import still
+from followspot.present.inspect import inspect
 from followspot.present.still import Wish
 from followspot.present.viewer import window
 
@@ -138,7 +139,12 @@ def test_what_is_typed_wrongly_is_one_line(fail: Fail, typed: tuple[str, ...], t
 
 
 @pytest.mark.parametrize(
-    ("number", "told"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
+    ("number", "told"),
+    [
+        (signal.SIGINT, "interrupted"),
+        (signal.SIGTERM, "terminated"),
+        (signal.SIGHUP, "terminated"),
+    ],
 )
 def test_an_interrupt_is_told(
     monkeypatch: pytest.MonkeyPatch, capsys: Capture, number: signal.Signals, told: str
@@ -288,3 +294,26 @@ def test_a_film_may_show_items(monkeypatch: pytest.MonkeyPatch) -> None:
         with pytest.raises(SystemExit):
             cli.main()
     assert [wish.items for wish in wishes] == [False, True]
+
+
+@pytest.mark.gl
+def test_what_cannot_be_read_is_told_beside_the_picture(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+) -> None:
+    folder = tmp_path / "textures/courtyard"
+    folder.mkdir(parents=True)
+    for name in ("ashlar", "clay"):
+        (folder / f"{name}.jpg").write_bytes(b"junk")
+    output = tmp_path / "yard.png"
+    typed = ["render", "courtyard", f"--assets={tmp_path}", "--size=32x24", f"--output={output}"]
+    monkeypatch.setattr(sys, "argv", ["followspot", *typed])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert not caught.value.code and output.is_file()
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"followspot: passed over: {folder}/ashlar.jpg: expected")
+    assert line.endswith("and 1 more")
+    found = inspect("courtyard", [tmp_path])["problems"]
+    assert [problem.split(":")[0] for problem in found] == [
+        f"{folder}/{name}.jpg" for name in ("ashlar", "clay")
+    ]

@@ -28,8 +28,8 @@ class _Commands(TyperGroup):
         try:
             with interruptible():
                 return super().invoke(ctx)
-        except Terminated:
-            _fail("terminated", 128 + signal.SIGTERM)
+        except Terminated as terminated:
+            _fail("terminated", 128 + terminated.number)
         except KeyboardInterrupt:
             _fail("interrupted", 128 + signal.SIGINT)
 

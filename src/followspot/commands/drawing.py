@@ -1,5 +1,6 @@
 """Commands that draw: pictures, films, a page of both, a window."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -28,6 +29,7 @@ from followspot.commands.options import (
     TimeOption,
     folder,
 )
+from followspot.errors import printable
 
 
 def render(
@@ -93,7 +95,7 @@ def render(
     """  # noqa: D301
     from followspot.present import still
 
-    still.render(
+    passed_over = still.render(
         scene,
         output,
         still.Wish(
@@ -116,6 +118,9 @@ def render(
             culled_from=culled_from,
         ),
     )
+    if passed_over:
+        more = f" and {len(passed_over) - 1} more" if passed_over[1:] else ""
+        print(f"followspot: passed over: {printable(str(passed_over[0]))}{more}", file=sys.stderr)
 
 
 def figures(

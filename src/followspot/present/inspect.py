@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from followspot.assets.bsp import BspFile, FaceType
+from followspot.assets.image import Image, decode_all
+from followspot.errors import AssetError
 from followspot.present.stopwatch import Steps, peak_memory_mb
 from followspot.scene.load import load
 from followspot.scene.props import Prop
@@ -38,7 +40,7 @@ def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
         "props": [_prop(prop) for prop in scene.props],
         "materials": [_material(scene, number) for number in range(len(scene.materials))],
         "missing": [{"name": m.name, "tried": list(m.tried)} for m in scene.missing],
-        "problems": [str(problem) for problem in scene.problems],
+        "problems": [str(problem) for problem in (*scene.problems, *_undecodable(scene))],
         "memory_mb": {
             "vertices": mesh.vertices.nbytes / 2**20,
             "indices": mesh.indices.nbytes / 2**20,
@@ -47,6 +49,12 @@ def inspect(name: str, assets: Sequence[Path]) -> dict[str, Any]:
         },
         "load_ms": steps.ms,
     }
+
+
+def _undecodable(scene: Scene) -> list[AssetError]:
+    """Why images that are there stay white."""
+    decoded = (found for _, found in decode_all(scene.archive, scene.images))
+    return [found for found in decoded if not isinstance(found, Image)]
 
 
 def _counts(bsp: BspFile, scene: Scene) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""Ctrl-C and kill -TERM: as exceptions, or as something to ask about."""
+"""Ctrl-C, kill -TERM and a terminal that is closed: as exceptions, or as something to ask about."""
 
 import signal
 from collections.abc import Iterator
@@ -8,7 +8,15 @@ from typing import NoReturn
 
 
 class Terminated(KeyboardInterrupt):
-    """What kill -TERM raises within `interruptible`."""
+    """What kill -TERM and a closed terminal raise within `interruptible`.
+
+    Attributes:
+        number: Of the signal.
+    """
+
+    def __init__(self, number: int = signal.SIGTERM) -> None:
+        super().__init__()
+        self.number = number
 
 
 @contextmanager
@@ -18,21 +26,30 @@ def interruptible() -> Iterator[None]:
     Ctrl-C itself is asked for, too: a process started in the background may be deaf to it. Only in
     a process's main thread.
     """
-    handlers = {signal.SIGTERM: _terminate, signal.SIGINT: signal.default_int_handler}
-    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    handlers = [(signal.SIGINT, signal.default_int_handler)]
+    handlers += [(number, _terminate) for number in _terminating()]
+    before = [(number, signal.signal(number, handler)) for number, handler in handlers]
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, earlier in before:
+            signal.signal(number, earlier)
 
 
-def _terminate(*_: object) -> NoReturn:
-    raise Terminated
+def _terminating() -> list[signal.Signals]:
+    """Besides Ctrl-C; to the end of its terminal nohup has made a process deaf, if it has one."""
+    hang_up: signal.Signals | None = getattr(signal, "SIGHUP", None)
+    if hang_up is None or signal.getsignal(hang_up) is signal.SIG_IGN:
+        return [signal.SIGTERM]
+    return [signal.SIGTERM, hang_up]
+
+
+def _terminate(number: int, _: FrameType | None) -> NoReturn:
+    raise Terminated(number)
 
 
 class Interrupt:
-    """Ctrl-C and kill -TERM as something to ask about, while it is a context.
+    """Ctrl-C, kill -TERM and the like as something to ask about, while it is a context.
 
     Attributes:
         signal: The one that came last; none so far if None.
@@ -52,7 +69,7 @@ class Interrupt:
         self.signal, self.count = number, self.count + 1
 
     def __enter__(self) -> "Interrupt":
-        numbers = (signal.SIGINT, signal.SIGTERM)
+        numbers = (signal.SIGINT, *_terminating())
         self._before = [(number, signal.signal(number, self._come)) for number in numbers]
         return self
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from followspot.errors import UsageError
+from followspot.errors import AssetError, UsageError
 from followspot.passes import lighting
 from followspot.passes.overlay import Overlay
 from followspot.passes.view import View
@@ -96,8 +96,11 @@ def open_any(name: str, wish: Wish, on_step: Step = lambda _: None) -> tuple[Sce
     return replace(scene, settings=settings), camera
 
 
-def render(name: str, output: Path, wish: Wish) -> None:
+def render(name: str, output: Path, wish: Wish) -> list[AssetError]:
     """Draw the picture and write it.
+
+    Returns:
+        What cannot be read and was passed over: images, of a model or player its parts, too.
 
     Raises:
         AssetError: the scene cannot be opened.
@@ -130,8 +133,10 @@ def render(name: str, output: Path, wish: Wish) -> None:
             overlays=overlays,
             culled_from=culled_from,
         )[view]
+        passed_over = list(renderer.open(scene).problems)
     if wish.supersample > 1:
         encoded = view.is_encoded and not linear
         picture = pictures.averaged(picture, wish.supersample, encoded=encoded)
     depth = view in (View.DEPTH, View.SHADOW_MAP)
     pictures.save(output, picture, channel="Z" if depth else "Y")
+    return [*(scene.problems if figure_file.is_model(name) else ()), *passed_over]
