@@ -1,5 +1,6 @@
 """One renderer for the whole session, since a context is dear and one can be current at a time."""
 
+import signal
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -24,6 +25,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="write the golden pictures anew, then look at them",
     )
+
+
+@pytest.fixture
+def heard_hang_up() -> Iterator[None]:
+    """The end of the terminal, which nohup makes tests and what they start deaf to."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.fixture(scope="session")

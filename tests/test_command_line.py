@@ -146,6 +146,7 @@ def test_what_is_typed_wrongly_is_one_line(fail: Fail, typed: tuple[str, ...], t
         (signal.SIGHUP, "terminated"),
     ],
 )
+@pytest.mark.usefixtures("heard_hang_up")
 def test_an_interrupt_is_told(
     monkeypatch: pytest.MonkeyPatch, capsys: Capture, number: signal.Signals, told: str
 ) -> None:

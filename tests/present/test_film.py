@@ -393,6 +393,7 @@ def test_two_processes_make_the_same_film_as_one(tmp_path: Path) -> None:
 @pytest.mark.gl
 @pytest.mark.parametrize("jobs", ["1", "2"])
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+@pytest.mark.usefixtures("heard_hang_up")
 def test_an_interrupt_leaves_the_frames_done_so_far(
     tmp_path: Path, number: signal.Signals, jobs: str
 ) -> None:
