@@ -1,9 +1,8 @@
-"""Props from scene files: where they come to be, what the level makes of them, what is refused."""
+"""Props from scene files: where they come to be, what they wear, what is refused."""
 
 import json
 import zipfile
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,64 +10,30 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from PIL import Image
+from prop_scenes import CUBE, FILES, FLOOR, cube_files, place, require_whole
 
 from followspot.assets.archive import Archive
-from followspot.assets.bsp import LUMPS
 from followspot.assets.shader_values import Sides
 from followspot.errors import AssetError
 from followspot.present.inspect import inspect
-from followspot.scene import bsp_tree, scene_file
-from followspot.scene.deform import RIGID
 from followspot.scene.figure_file import FigureFiles
-from followspot.scene.fog import Fog
-from followspot.scene.ground import Ground
-from followspot.scene.level import Level
 from followspot.scene.load import load, load_figure
-from followspot.scene.mesh import Mesh, face_boxes, face_planes
 from followspot.scene.prop_file import PropEntry
 from followspot.scene.prop_mesh import with_props
-from followspot.scene.props import Prop, PropFiles, props
-from mesh_fixtures import cube, gltf_cube, md3_cube, obj, ply
-from synthetic import box, floor, make_scene, open_bsp, rotation
-
-CUBE = cube()
-FLOOR = make_scene([floor(1000, z=-16), *box((90, -50, -16), (300, 50, 0))]).level
+from followspot.scene.props import Prop, PropFiles
+from mesh_fixtures import gltf_cube, md3_cube
+from synthetic import rotation
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """One cube of 32 units in every format, and its image."""
-    document = gltf_cube(
-        CUBE,
-        images=[{"uri": "wood.png"}],
-        textures=[{"source": 0}],
-        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-    )
-    document.primitive["material"] = 0
-    (tmp_path / "cube.glb").write_bytes(document.glb())
-    (tmp_path / "cube.obj").write_bytes(obj(CUBE, "cube.mtl", "wood"))
-    (tmp_path / "cube.mtl").write_text("newmtl wood\nmap_Kd wood.png\n")
-    (tmp_path / "cube.ply").write_bytes(ply(CUBE, "wood.png"))
-    (tmp_path / "cube.md3").write_bytes(md3_cube(CUBE, "wood.png"))
-    Image.new("RGB", (4, 4), (200, 100, 50)).save(tmp_path / "wood.png")
-    return tmp_path
-
-
-def place(folder: Path, *texts: str, ground: Level = FLOOR, metres: float = 0.03) -> Any:
-    text = "".join(f"[[props]]\n{text}\n" for text in texts)
-    entries = scene_file.parse(f'level = "x"\n{text}', "x.toml").props
-    archive = Archive.open([folder])
-    files = PropFiles(archive, FigureFiles(archive, lambda _: None))
-    return props(entries, files, metres, "x.toml", Ground(ground))
+    return cube_files(tmp_path)
 
 
 def points(prop: Prop) -> Any:
     """Positions in an order that no file decides."""
     found = np.concatenate([s.vertices["position"] for s in prop.surfaces])
     return np.unique(found.round(3) + 0.0, axis=0)
-
-
-FILES = ["cube.glb", "cube.obj", "cube.ply", "cube.md3"]
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -192,12 +157,6 @@ def test_factors_and_cut_outs_become_tints_and_tests(folder: Path) -> None:
     assert_allclose(level.mesh.tints[before:], surface.tints)
 
 
-def test_a_level_keeps_its_fog(folder: Path) -> None:
-    fog = Fog(np.zeros(3), np.full(3, 64.0), np.full(3, 0.5), 0.01)
-    (prop,) = place(folder, 'file = "cube.obj"\norigin = [0, 0, 0]')
-    assert with_props(replace(FLOOR, fogs=(fog,)), (prop,)).fogs == (fog,)
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -251,55 +210,6 @@ def test_what_a_scene_file_gets_wrong(folder: Path, text: str, message: str) -> 
     (folder / "bad.glb").write_bytes(b"glTF")
     with pytest.raises(AssetError, match=message):
         place(folder, text)
-
-
-def test_a_level_with_props_is_one_mesh_in_order(folder: Path) -> None:
-    document = gltf_cube(CUBE, materials=[{"alphaMode": "BLEND"}])
-    document.primitive["material"] = 0
-    (folder / "glass.glb").write_bytes(document.glb())
-    texts = [
-        f'file = "{n}"\norigin = [0, {60 * k}, 0]' for k, n in enumerate([*FILES, "glass.glb"])
-    ]
-    placed = place(folder, *texts)
-    level = with_props(FLOOR, placed)
-    mesh = level.mesh
-    require_whole(level)
-    before, after = FLOOR.mesh.triangle_count, sum(p.triangle_count for p in placed)
-    assert mesh.triangle_count == before + after
-    number = level.visibility.level_face
-    assert sorted(number[number >= 0].tolist()) == FLOOR.visibility.level_face.tolist()
-    assert (number < 0).sum() == len(placed)
-    # What was there is there still, and every prop's triangles are in one face's box.
-    assert corner_set(FLOOR.mesh) <= corner_set(mesh)
-    boxes = {tuple(face["mins"].round(2).tolist()) for face in mesh.faces[number < 0]}
-    assert boxes == {tuple(p.bounds[0].round(2).tolist()) for p in placed}
-    blended = [m.blend is not None for m in level.materials]
-    assert blended == sorted(blended) and any(blended)
-    assert with_props(FLOOR, ()) is FLOOR
-
-
-def require_whole(level: Level) -> None:
-    """All that holds of a mesh's table of faces."""
-    mesh = level.mesh
-    first, count = mesh.faces["first_index"], mesh.faces["index_count"]
-    assert first.tolist() == (np.cumsum(count) - count).tolist() and count.sum() == len(
-        mesh.indices
-    )
-    assert (np.diff(mesh.faces["material"]) >= 0).all()
-    orders = [m.order for m in level.materials]
-    assert orders == sorted(orders)
-    runs = mesh.vertices["position"], mesh.indices, first
-    is_rigid = np.array([m.deforms == RIGID for m in level.materials])[mesh.faces["material"]]
-    for name, value in zip(("mins", "maxs"), face_boxes(*runs), strict=True):
-        assert (mesh.faces[name] == value)[is_rigid].all()
-    own = level.visibility.level_face < 0
-    normal, _ = face_planes(*runs)
-    assert (mesh.faces["normal"][own] == normal[own]).all()
-
-
-def corner_set(mesh: Mesh) -> set[Any]:
-    corners = mesh.vertices["position"][mesh.indices].reshape(-1, 9).round(3) + 0.0
-    return {tuple(row) for row in corners.tolist()}
 
 
 SCENE = """level = "courtyard"
@@ -417,73 +327,6 @@ def test_every_material_of_a_model_has_its_own_vertices_alone(folder: Path) -> N
     for surface in prop.surfaces:
         assert np.array_equal(surface.vertices, one.surfaces[0].vertices)
         assert np.array_equal(surface.indices, one.surfaces[0].indices)
-
-
-def three_rooms() -> Level:
-    """Along x, in planes at 0 and 100: a solid end, then rooms of which neighbours see another."""
-    planes, nodes, leafs = (
-        np.zeros(n, LUMPS[k]) for n, k in ((3, "planes"), (3, "nodes"), (4, "leafs"))
-    )
-    planes["normal"], planes["distance"] = (1, 0, 0), (-100, 0, 100)
-    nodes["plane"], nodes["children"] = (0, 1, 2), [(1, ~0), (2, ~1), (~3, ~2)]
-    leafs["cluster"] = -1, 0, 1, 2
-    sees = np.array([(1, 1, 0), (1, 1, 1), (0, 1, 1)], bool)
-    bsp = replace(
-        open_bsp(),
-        planes=planes,
-        nodes=nodes,
-        leafs=leafs,
-        cluster_count=3,
-        cluster_visible=np.packbits(sees, axis=1, bitorder="little"),
-    )
-    empty = make_scene([]).level
-    return replace(empty, bsp=bsp, visibility=replace(empty.visibility, bsp=bsp))
-
-
-@pytest.mark.parametrize(
-    ("x", "seen"),
-    [
-        (-50, (True, True, False)),
-        (50, (True, True, True)),
-        (150, (False, True, True)),
-        (-10, (True, True, True)),  # in two rooms
-        (-100, (True, True, False)),  # half in the solid end
-        (-300, (True, True, True)),  # in it: visibility knows nothing of it
-    ],
-)
-def test_props_are_seen_from_where_a_leaf_is_that_they_reach_into(
-    folder: Path, x: float, seen: tuple[bool, ...]
-) -> None:
-    placed = place(folder, f'file = "cube.obj"\norigin = [{x}, 0, 0]')
-    visibility = with_props(three_rooms(), placed).visibility
-    eyes = np.array([(-50.0, 0, 0), (50, 0, 0), (150, 0, 0)])
-    assert [visibility.faces_from(eye).tolist() for eye in eyes] == [[each] for each in seen]
-    assert visibility.faces_from(np.array([-500.0, 0, 0])).tolist() == [True]
-
-
-@pytest.mark.openarena
-def test_no_prop_of_a_level_is_hidden_from_whom_sees_its_place(folder: Path) -> None:
-    """Among many in a real level: seen whenever any point in it is in a leaf that is seen."""
-    level = load("oa_dm5").level
-    rng = np.random.default_rng(1)
-    mins, maxs = level.mesh.bounds
-    origins = rng.uniform(mins, maxs, (60, 3)).round(2).tolist()
-    placed = place(folder, *(f'file = "cube.obj"\norigin = {o}' for o in origins))
-    joined = with_props(level, placed)
-    require_whole(joined)
-    number = {tuple(f["mins"].tolist()): k for k, f in enumerate(joined.mesh.faces)}
-    faces = [number[tuple(prop.bounds[0].tolist())] for prop in placed]
-    inside = [
-        bsp_tree.point_leafs(level.bsp, rng.uniform(low, high, (200, 3)))
-        for low, high in (prop.bounds for prop in placed)
-    ]
-    hidden = 0
-    for eye in rng.uniform(mins, maxs, (400, 3)):
-        seen = joined.visibility.faces_from(eye)[faces]
-        leafs = bsp_tree.visible_leafs(level.bsp, eye)
-        assert (seen >= [leafs[each].any() for each in inside]).all()
-        hidden += int((~seen).sum())
-    assert hidden > 100
 
 
 @pytest.mark.parametrize("name", FILES)
