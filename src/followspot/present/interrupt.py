@@ -21,7 +21,7 @@ class Terminated(KeyboardInterrupt):
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let kill -TERM unwind as Ctrl-C does, so that nothing half-made stays behind.
+    """Let kill -TERM and the like unwind as Ctrl-C does, so that nothing half-made stays behind.
 
     Ctrl-C itself is asked for, too: a process started in the background may be deaf to it. Only in
     a process's main thread.
@@ -37,7 +37,10 @@ def interruptible() -> Iterator[None]:
 
 
 def _terminating() -> list[signal.Signals]:
-    """Besides Ctrl-C; to the end of its terminal nohup has made a process deaf, if it has one."""
+    """What ends a process besides Ctrl-C: kill -TERM, and the end of its terminal.
+
+    Nohup makes a process deaf to that, and so it stays; other systems than POSIX do not know it.
+    """
     hang_up: signal.Signals | None = getattr(signal, "SIGHUP", None)
     if hang_up is None or signal.getsignal(hang_up) is signal.SIG_IGN:
         return [signal.SIGTERM]
