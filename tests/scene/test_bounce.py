@@ -13,8 +13,10 @@ from followspot.errors import UsageError
 from followspot.levelbuilder import Brush, Level, Material, box, material_files, room, write_pk3
 from followspot.levelbuilder.compiler import compile_level
 from followspot.scene import bounce
+from followspot.scene.baked import LightGrid
 from followspot.scene.light import Light, PointLight, SpotLight
 from followspot.scene.load import load
+from followspot.scene.luxels import SurfelLight
 from followspot.scene.scene import Scene
 from followspot.scene.surfels import NOTHING, SKY, Surfels
 from followspot.scene.triangle_tree import TriangleTree
@@ -141,6 +143,45 @@ def test_a_surfel_is_met_from_its_front_and_lines_end() -> None:
     assert (short, up, from_behind) == (NOTHING, SKY, NOTHING)
 
 
+def test_of_nothing_and_of_one_surfel() -> None:
+    """A level may have no solid surface, or hardly any."""
+    nothing = np.zeros((0, 3, 3))
+    one = np.array([[[1.0, 1, 0], [1, 2, 0], [2, 1, 0]]])
+    for triangles in (nothing, one):
+        surfels = Surfels.of(triangles, np.zeros(len(triangles), np.int64), nothing)
+        assert len(surfels.places) == len(triangles)
+        assert (surfels.met(np.full((2, 3), 50.0), np.ones((2, 3))) == NOTHING).all()
+        assert all((neighbour == NOTHING).all() for neighbour in surfels.beside())
+        grid = LightGrid(
+            np.zeros(3), np.ones(3), np.ones(3, np.int64), np.full((1, 3), 5, np.float32)
+        )
+        light = SurfelLight(surfels, np.full((len(triangles), 3), 2.0), grid)
+        found = light.at(np.array([[1.3, 1.3, 0], [500, 500, 500]]), np.tile([0.0, 0, 1], (2, 1)))
+        expected = 2.0 if len(triangles) else 5.0  # else what there is in the open
+        np.testing.assert_allclose(found, [[expected] * 3, [5.0] * 3])
+
+
+def test_neighbours_are_of_one_surface_and_see_each_other(tmp_path: Path) -> None:
+    wall = box((-10, -HALF, 0), (10, HALF, HALF), STONE, detail=True)
+    scene = built(tmp_path, wall)
+    with scene.archive:
+        surfels = bounce._surfels(scene.level)
+        side = np.sign(surfels.places[:, 0]) * (surfels.places[:, 2] < HALF - surfels.edge)
+        count = np.zeros(len(side))
+        for neighbour in surfels.beside():
+            has = neighbour >= 0
+            to = neighbour[has]
+            np.testing.assert_allclose(surfels.normals[to], surfels.normals[has], atol=1e-6)
+            away = np.abs(surfels.places[to] - surfels.places[has]).max(axis=1)
+            assert (away <= 2 * surfels.edge).all()
+            assert (side[to] * side[has] >= 0).all()  # none beyond the wall
+            count += has
+        # In the middle of a wall all eight.
+        floor = (surfels.normals[:, 2] > 0.9) & (surfels.places[:, 2] < 1)
+        within = (np.abs(surfels.places[:, :2]) < 200).all(axis=1) & (surfels.places[:, 0] > 64)
+        assert (count[floor & within] == 8).all() and (floor & within).sum() > 50
+
+
 def test_light_is_shown_in_place_of_the_skys(tmp_path: Path) -> None:
     """In luxels, at vertices without, and in the open, by one unit; and it can be traced anew."""
     lamp = SpotLight(np.array([0.0, 0.0, 400.0]), np.array([0.0, 0, -1]), 0.6, np.full(3, 500.0))
@@ -152,8 +193,8 @@ def test_light_is_shown_in_place_of_the_skys(tmp_path: Path) -> None:
         unit = level.traced.unit
         image = level.traced.image()
         assert image.shape == level.baked.image().shape
-        x, y = (level.baked.white * image.shape[1::-1]).astype(int)
-        assert (image[y, x] == 1).all()
+        x, y = np.rint(level.baked.white * image.shape[1::-1]).astype(int)
+        assert (image[y - 1 : y + 1, x - 1 : x + 1] == 1).all()  # all that are mixed there
         vertices = level.mesh.vertices
         place = (level.mesh.baked[:, :2] * image.shape[1::-1]).astype(int)
         shown = image[place[:, 1], place[:, 0]] * level.mesh.baked[:, 2:] * unit

@@ -26,7 +26,7 @@ from followspot.scene.light import Light, SpotLight
 from followspot.scene.luxels import SurfelLight
 from followspot.scene.open_space import OpenSpace
 from followspot.scene.scene import Scene
-from followspot.scene.surfels import SKY, Surfels
+from followspot.scene.surfels import SKY, Surfels, with_beyond
 
 RAYS = 32
 """From each surfel, and from each point of the grid."""
@@ -169,19 +169,19 @@ def _look(
 
 def _mean(met: Ints, radiances: Floats) -> Floats:
     """(n, 3) mean radiance of the surfels that are met, (RAYS, n)."""
-    dark_beyond = np.concatenate([radiances, np.zeros((2, 3))])  # -1 and -2
+    radiances = with_beyond(radiances)
     total = np.zeros((met.shape[1], 3))
     for hit in met:
-        total += dark_beyond[hit]
+        total += radiances[hit]
     return total / len(met)
 
 
 def _smooth(surfels: Surfels, light: Floats) -> Floats:
     """(s, 3) means over each surfel and its neighbours: so few rays scatter."""
-    dark_beyond = np.concatenate([light, np.zeros((2, 3))])  # -1 and -2
     total, count = light.copy(), np.ones(len(light))
+    light = with_beyond(light)
     for neighbour in surfels.beside():
-        total += dark_beyond[neighbour]
+        total += light[neighbour]
         count += neighbour >= 0
     return np.asarray(total / count[:, np.newaxis])
 

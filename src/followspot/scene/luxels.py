@@ -1,15 +1,17 @@
 """Light from surfels to where it is shown: to a level's lightmaps, and to vertices without any."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from followspot.arrays import Floats, Ints
+from followspot.arrays import Floats, Ints, Mask
 from followspot.assets.binary import run_members
 from followspot.scene.baked import PAGE, BakedLight, LightGrid
 from followspot.scene.level import Level
-from followspot.scene.surfels import Surfels
+from followspot.scene.surfels import Surfels, with_beyond
 
 _AT_ONCE = 1 << 17
 """Luxels that are worked out at a time, about."""
@@ -53,7 +55,7 @@ class SurfelLight:
     def _add(
         self, places: Floats, weights: Floats, ways: Ints, total: Floats, sums: Floats
     ) -> None:
-        of = self.surfels
+        of, light = self.surfels, with_beyond(self.light)
         place = places / of.edge - of.origin - 0.5
         low = np.floor(place).astype(np.int64)
         share = place - low
@@ -65,53 +67,63 @@ class SurfelLight:
                 surfel = of.in_cell[row, way]
                 counts = near * weight * (surfel >= 0)
                 total += counts
-                sums += counts[:, np.newaxis] * self.light[surfel]
+                sums += counts[:, np.newaxis] * light[surfel]
 
 
 def image(level: Level, own: BakedLight, light: SurfelLight) -> NDArray[np.float32]:
     """(h, w, 3) in the layout of `BakedLight.image`; luxels of no surface are 0."""
+    made = np.zeros((own.rows * PAGE, own.columns * PAGE, 3), np.float32)
+    x, y = np.rint(own.white * made.shape[1::-1]).astype(int)
+    made[y - 1 : y + 1, x - 1 : x + 1] = 1.0  # the place is between four luxels
+    inner = np.zeros(made.shape[:2], bool)
+    for near in _near_luxels(level, own):
+        found = light.at(near.places, near.normals)
+        border = ~near.is_inner & ~inner[near.y, near.x]
+        for some in (border, near.is_inner):
+            made[near.y[some], near.x[some]] = found[some]
+        inner[near.y[near.is_inner], near.x[near.is_inner]] = True
+    return made
+
+
+class _Near(NamedTuple):
+    """Luxels in a triangle or just beside it, n of them.
+
+    Of each its column and row, whether it is inside, and the (n, 3) place and normal there.
+    """
+
+    x: Ints
+    y: Ints
+    is_inner: Mask
+    places: Floats
+    normals: Floats
+
+
+def _near_luxels(level: Level, own: BakedLight) -> Iterator[_Near]:
+    """Those of all triangles, _AT_ONCE or so at a time."""
     mesh = level.mesh
     assert mesh.baked is not None
-    size = np.array([own.columns, own.rows]) * PAGE
-    made = np.zeros((size[1], size[0], 3), np.float32)
-    white = len(own.bsp.lightmaps)
-    _page(made, own, white)[:] = 1.0
-    inner = np.zeros(made.shape[:2], bool)
     corners, page = _mapped(level, own)
-    place = mesh.baked[:, :2].astype(np.float64)[corners] * size  # luxels
-    position = mesh.vertices["position"].astype(np.float64)
-    normal = mesh.vertices["normal"].astype(np.float64)
-    first_of_page = np.stack([page % own.columns, page // own.columns], axis=1) * PAGE
-    low = np.maximum(np.floor(place.min(axis=1) - _BEYOND).astype(np.int64), first_of_page)
-    high = np.minimum(np.ceil(place.max(axis=1) + _BEYOND).astype(np.int64), first_of_page + PAGE)
-    count = np.maximum(high - low, 0)
-    parts = np.searchsorted(
-        np.cumsum(count.prod(axis=1)), np.arange(_AT_ONCE, count.prod(axis=1).sum(), _AT_ONCE)
-    )
-    for some in np.split(np.arange(len(corners)), parts):
-        number = count[some].prod(axis=1)
-        which = np.repeat(some, number)
-        k = run_members(np.zeros(len(some), np.int64), number)
-        x = low[which, 0] + k % count[which, 0]
-        y = low[which, 1] + k // count[which, 0]
+    place = mesh.baked[:, :2].astype(np.float64)[corners]
+    place *= np.array([own.columns, own.rows]) * PAGE  # in luxels
+    first = np.stack([page % own.columns, page // own.columns], axis=1) * PAGE
+    low = np.maximum(np.floor(place.min(axis=1) - _BEYOND).astype(np.int64), first)
+    high = np.minimum(np.ceil(place.max(axis=1) + _BEYOND).astype(np.int64), first + PAGE)
+    width, height = np.maximum(high - low, 0).T
+    count = width * height
+    ends = np.searchsorted(np.cumsum(count), np.arange(_AT_ONCE, count.sum(), _AT_ONCE))
+    for some in np.split(np.arange(len(corners)), ends):
+        which = np.repeat(some, count[some])
+        k = run_members(np.zeros(len(some), np.int64), count[some])
+        x, y = low[which, 0] + k % width[which], low[which, 1] + k // width[which]
         weights, outside = _weights(place[which], np.stack([x, y], axis=1) + 0.5)
         near = outside < _BEYOND
-        x, y, which, weights, is_inner = (
-            x[near],
-            y[near],
-            which[near],
-            weights[near],
-            outside[near] <= 0,
+        of, weights = corners[which[near]], weights[near]
+        places, normals = (
+            np.einsum("nk,nkj->nj", weights, mesh.vertices[name][of].astype(np.float64))
+            for name in ("position", "normal")
         )
-        at = np.einsum("nk,nkj->nj", weights, position[corners[which]])
-        n = np.einsum("nk,nkj->nj", weights, normal[corners[which]])
-        n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-9)
-        found = light.at(at, n)
-        border = ~is_inner & ~inner[y, x]
-        made[y[border], x[border]] = found[border]
-        made[y[is_inner], x[is_inner]] = found[is_inner]
-        inner[y[is_inner], x[is_inner]] = True
-    return made
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+        yield _Near(x[near], y[near], outside[near] <= 0, places, normals)
 
 
 def at_vertices(level: Level, own: BakedLight, light: SurfelLight) -> NDArray[np.float32]:
@@ -138,11 +150,6 @@ def _mapped(level: Level, own: BakedLight) -> tuple[Ints, Ints]:
     of = np.repeat(page, faces["index_count"] // 3)
     has = (of >= 0) & (of < len(own.bsp.lightmaps))
     return level.mesh.indices.reshape(-1, 3)[has].astype(np.int64), of[has]
-
-
-def _page(made: NDArray[np.float32], own: BakedLight, number: int) -> NDArray[np.float32]:
-    x, y = number % own.columns * PAGE, number // own.columns * PAGE
-    return made[y : y + PAGE, x : x + PAGE]
 
 
 def _weights(corners: Floats, points: Floats) -> tuple[Floats, Floats]:

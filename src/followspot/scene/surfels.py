@@ -93,6 +93,7 @@ class Surfels:
         triangles, materials, across, size = (x[real] for x in (triangles, materials, across, size))
         edge = max(EDGE, math.sqrt(size.sum() / 2 / _MAX_SURFELS))
         corners = np.concatenate([triangles, sky]).reshape(-1, 3)
+        corners = corners if len(corners) else np.zeros((1, 3))  # of nothing
         reach = np.ptp(corners, axis=0)
         edge = max(edge, float(((reach + 2 * edge).prod() / _MAX_CELLS) ** (1 / 3)))
         origin = np.floor(corners.min(axis=0) / edge) - 1 - _ASIDE
@@ -116,13 +117,10 @@ class Surfels:
         in_cell = np.full((len(taken) + 1) * 6, NOTHING, np.int32)
         in_cell[found] = np.arange(len(found))
 
-        def sums(values: Floats) -> Floats:
-            return np.stack([np.bincount(surfel, v * area) for v in values.T], axis=1)
-
         areas = np.asarray(np.bincount(surfel, area), np.float64)
-        normals = sums(normal)
+        normals = _sums(surfel, normal, area)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        places = sums(points) / np.maximum(areas, 1e-12)[:, np.newaxis]
+        places = _sums(surfel, points, area) / np.maximum(areas, 1e-12)[:, np.newaxis]
         # Where surfaces lie behind each other, the front one is what is seen.
         heights = np.einsum("ij,ij->i", points - places[surfel], normals[surfel])
         front = np.zeros(len(places))
@@ -152,8 +150,8 @@ class Surfels:
     def means(self, of_material: Floats) -> Floats:
         """(s, c) means over each surfel's surface of something that materials have, (m, c)."""
         material, surfel, area = self.shares
-        sums = [np.bincount(surfel, v * area) for v in of_material[material].T]
-        return np.stack(sums, axis=1) / np.maximum(self.areas, 1e-12)[:, np.newaxis]
+        sums = _sums(surfel, of_material[material], area)
+        return sums / np.maximum(self.areas, 1e-12)[:, np.newaxis]
 
     def beside(self) -> Iterator[Ints]:
         """Eight times (s,) the neighbour of each surfel that faces as it does and that it sees, in
@@ -265,6 +263,17 @@ class _Lines(NamedTuple):
     def chosen(self, which: Ints | Mask) -> "_Lines":
         number, start, along, last, at = self
         return _Lines(number[which], start[which], along[which], last[which], at[which])
+
+
+def with_beyond(values: Floats) -> Floats:
+    """(s + 2, c) what surfels have, (s, c), and 0 for SKY and NOTHING, which count from the end."""
+    return np.concatenate([values, np.zeros((2, values.shape[1]))])
+
+
+def _sums(surfel: Ints, values: Floats, area: Floats) -> Floats:
+    """(s, c) of (n, c) values on each of s surfels, weighted by (n,) areas."""
+    sums = [np.bincount(surfel, v * area) for v in values.T]
+    return np.stack(sums, axis=1).astype(np.float64)  # of nothing, they are whole numbers
 
 
 def _away(taken: Mask) -> NDArray[np.uint8]:
